@@ -1,0 +1,54 @@
+# Two commands for a fresh clone: `make demo` and `make test`. `make check` is what every commit must pass.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+KERNELS := CMakeLists.txt pyproject.toml $(wildcard src/henkei/_kernels/*)
+
+.PHONY: demo test check format bench clean
+
+demo: $(VENV)/.demo
+	$(BIN)/henkei demo -o demo-out
+
+test: $(VENV)/.test
+	$(BIN)/python -m pytest -n 2
+
+check: $(VENV)/.dev
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(VENV)/.dev
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: $(VENV)/.peers
+	$(BIN)/python -m bench
+
+$(BIN)/python:
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+
+# What the package is built with is kept in the environment, so that an editable rebuild is quick.
+$(VENV)/.build: $(BIN)/python
+	$(BIN)/python -m pip install --quiet "scikit-build-core>=0.10" "nanobind>=2.4" cmake ninja
+	touch $@
+
+$(VENV)/.demo: $(VENV)/.build $(KERNELS)
+	$(BIN)/python -m pip install --quiet --no-build-isolation --editable ".[pictures]"
+	touch $@
+
+$(VENV)/.test: $(VENV)/.demo
+	$(BIN)/python -m pip install --quiet --no-build-isolation --editable ".[test]"
+	touch $@
+
+$(VENV)/.dev: $(VENV)/.test
+	$(BIN)/python -m pip install --quiet --no-build-isolation --editable ".[test,dev]"
+	touch $@
+
+$(VENV)/.peers: $(VENV)/.test
+	$(BIN)/python -m pip install --quiet --no-build-isolation --editable ".[test,peers]"
+	touch $@
+
+clean:
+	rm -rf $(VENV) build demo-out

@@ -1,0 +1,1 @@
+"""The mathematics that methods share: operators, embeddings, distances, correspondence."""

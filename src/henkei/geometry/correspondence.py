@@ -1,0 +1,100 @@
+"""One connectivity, two surfaces: what every method that relates two shapes ends in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from henkei.errors import InvalidInput
+from henkei.mesh import Attributes, Floats, Mesh
+from henkei.topology import Ints
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePoints:
+    """Places on a triangle mesh.
+
+    face : (n,) int32, face of the mesh; -1 where the place has none (a filled hole, say).
+    barycentric : (n, 3) float64, weights of that face's three vertices, each row sums to 1.
+    """
+
+    face: Ints
+    barycentric: Floats
+
+    def __len__(self) -> int:
+        return len(self.face)
+
+    def pull(self, mesh: Mesh, values: NDArray[Any]) -> NDArray[Any]:
+        """Per-vertex ``values`` of ``mesh`` at these places.
+
+        Floats are interpolated and are NaN where there is no face; of integers and booleans
+        (labels) the vertex with the largest weight decides, and a place without face is refused.
+
+        Raises
+        ------
+        InvalidInput : ``values`` has not one row per vertex of ``mesh``, or labels are asked where
+            there is no face.
+        """
+        values = np.asarray(values)
+        if len(values) != len(mesh.vertices):
+            raise InvalidInput(
+                f"{len(values)} rows of values for a mesh of {len(mesh.vertices)} vertices"
+            )
+        missing = self.face < 0
+        corners = mesh.faces[np.where(missing, 0, self.face)]
+        if not np.issubdtype(values.dtype, np.floating):
+            if missing.any():
+                raise InvalidInput(
+                    f"{int(missing.sum())} places have no face on the mesh, "
+                    "so they have no label there; drop the filled parts first"
+                )
+            largest = self.barycentric.argmax(axis=1)[:, None]
+            labels: NDArray[Any] = values[np.take_along_axis(corners, largest, axis=1)[:, 0]]
+            return labels
+        pulled: NDArray[Any] = np.einsum("nk,nk...->n...", self.barycentric, values[corners])
+        pulled[missing] = np.nan
+        return pulled
+
+
+@dataclass(frozen=True, eq=False)
+class Correspondence:
+    """One connectivity with a place on a surface *a* and a place on a surface *b* per vertex.
+
+    faces : (m, 3) int32.
+    vertices_a, vertices_b : (n, 3) float64, positions on a and on b.
+    on_a, on_b : the same places as faces and barycentric coordinates of the *input* meshes.
+    attributes_a, attributes_b : attributes of the inputs carried to this connectivity.
+    """
+
+    faces: Ints
+    vertices_a: Floats
+    vertices_b: Floats
+    on_a: SurfacePoints
+    on_b: SurfacePoints
+    attributes_a: Attributes = field(default_factory=Attributes)
+    attributes_b: Attributes = field(default_factory=Attributes)
+
+    @property
+    def correspondence(self) -> Correspondence:
+        """Itself, so that a bare correspondence serves wherever a method's result does."""
+        return self
+
+    @property
+    def mesh_a(self) -> Mesh:
+        """The common connectivity in the shape of a."""
+        return Mesh(self.vertices_a, self.faces, attributes=self.attributes_a)
+
+    @property
+    def mesh_b(self) -> Mesh:
+        """The common connectivity in the shape of b."""
+        return Mesh(self.vertices_b, self.faces, attributes=self.attributes_b)
+
+
+class HasCorrespondence(Protocol):
+    """Any result of a method that relates two surfaces."""
+
+    @property
+    def correspondence(self) -> Correspondence: ...
