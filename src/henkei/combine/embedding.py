@@ -1,0 +1,178 @@
+"""From two surfaces to two triangulations of one polygon, on integers (Sections 3 and 4.6)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from henkei._kernels import not_positive
+from henkei.geometry.disk import (
+    Flattening,
+    Refined,
+    boundary_parameter,
+    flattenings,
+    no_flattening,
+    polygon_points,
+    split_chords,
+)
+from henkei.mesh import Floats, Mesh
+from henkei.topology import Ints
+
+COINCIDENT = 1e-11  # of a side: boundary vertices of a and b nearer than this become one
+RESOLUTIONS = (30, 41, 52)  # bits; a coarser grid unites what only rounding errors keep apart
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One of the two surfaces, with its place on the common polygon.
+
+    refined : the surface with its chords split.
+    loop : its boundary vertices in order, the first at the polygon's first corner.
+    parameter : (k,) where they lie on the polygon, see :func:`boundary_parameter`.
+    """
+
+    refined: Refined
+    loop: Ints
+    parameter: Floats
+
+    @classmethod
+    def of(cls, mesh: Mesh, loop: Ints, corners: NDArray[np.integer]) -> Side:
+        """Prepare a disk whose boundary loop starts with a corner."""
+        return cls(split_chords(mesh, loop, corners), loop, boundary_parameter(mesh, loop, corners))
+
+
+@dataclass(frozen=True, eq=False)
+class Polygon:
+    """The boundary that both triangulations share.
+
+    nodes : (k, 2) vertex of a and vertex of b, -1 where the other has none, counter-clockwise.
+    parameter : (k,) where they lie.
+    sides : number of sides.
+    """
+
+    nodes: Ints
+    parameter: Floats
+    sides: int
+
+
+@dataclass(frozen=True, eq=False)
+class CommonPlane:
+    """Two injective triangulations of one polygon.
+
+    points_a, points_b : (n, 2) int64, in units of 2^-bits.
+    flat_a, flat_b : the flattenings that they are rounded from.
+    """
+
+    polygon: Polygon
+    points_a: NDArray[np.int64]
+    points_b: NDArray[np.int64]
+    flat_a: Flattening
+    flat_b: Flattening
+    bits: int
+
+
+def common_polygon(a: Side, b: Side) -> Polygon:
+    """Merge the boundary vertices of both along each side of the polygon (4.2, Fig. 7)."""
+    sides = int(a.parameter[-1]) + 1
+    nodes: list[tuple[int, int]] = []
+    parameter: list[float] = []
+    for side in range(sides):
+        on_a, on_b = (
+            list(zip(s.parameter[on], s.loop[on], strict=True))
+            for s in (a, b)
+            for on in [np.floor(s.parameter) == side]
+        )
+        for where, vertex_a, vertex_b in _merged(on_a, on_b):
+            parameter.append(where)
+            nodes.append((vertex_a, vertex_b))
+    return Polygon(np.array(nodes, dtype=np.int32), np.array(parameter), sides)
+
+
+def _merged(
+    on_a: list[tuple[float, int]], on_b: list[tuple[float, int]]
+) -> Iterator[tuple[float, int, int]]:
+    """Both lists in one; each starts with the side's corner, which they share."""
+    i = j = 0
+    while i < len(on_a) or j < len(on_b):
+        here_a, vertex_a = on_a[i] if i < len(on_a) else (np.inf, -1)
+        here_b, vertex_b = on_b[j] if j < len(on_b) else (np.inf, -1)
+        if i == j == 0 or (i and j and abs(here_a - here_b) <= COINCIDENT):
+            yield here_a, vertex_a, vertex_b
+            i, j = i + 1, j + 1
+        elif here_a < here_b:
+            yield here_a, vertex_a, -1
+            i += 1
+        else:
+            yield here_b, -1, vertex_b
+            j += 1
+
+
+def common_plane(a: Side, b: Side) -> CommonPlane:
+    """Flatten both surfaces into the common polygon and round them to one grid, injectively.
+
+    Raises
+    ------
+    Infeasible : no weights and no resolution keep all triangles of a surface upright.
+    """
+    polygon = common_polygon(a, b)
+    flat_a, bits_a = _injective(a, polygon, 0)
+    flat_b, bits_b = _injective(b, polygon, 1)
+    for bits in RESOLUTIONS:
+        if bits >= max(bits_a, bits_b):
+            points = [_snap(f.positions, bits) for f in (flat_a, flat_b)]
+            folded = [_folded(s, polygon, i, points[i], bits) for i, s in enumerate((a, b))]
+            if not any(map(len, folded)):
+                return CommonPlane(polygon, *points, flat_a, flat_b, bits)
+    raise no_flattening((a if len(folded[0]) else b).refined.mesh, folded[0] or folded[1])
+
+
+def _injective(side: Side, polygon: Polygon, column: int) -> tuple[Flattening, int]:
+    """The first flattening, and the coarsest resolution, at which no triangle is turned over."""
+    own = polygon.nodes[:, column] >= 0
+    boundary = polygon.nodes[own, column]
+    positions = polygon_points(polygon.parameter, polygon.sides)[own]
+    folded = np.empty(0, dtype=np.int32)
+    for flat in flattenings(side.refined.mesh, boundary, positions):
+        for bits in RESOLUTIONS:
+            points = _snap(flat.positions, bits)
+            folded = _folded(side, polygon, column, points, bits)
+            if not len(folded):
+                return flat, bits
+    raise no_flattening(side.refined.mesh, folded)
+
+
+def _snap(positions: Floats, bits: int) -> NDArray[np.int64]:
+    return np.rint(np.ldexp(positions, bits)).astype(np.int64)
+
+
+def _folded(
+    side: Side, polygon: Polygon, column: int, points: NDArray[np.int64], bits: int
+) -> NDArray[np.integer]:
+    """Faces not strictly upright, decided exactly, with the other's boundary vertices inserted."""
+    mesh = side.refined.mesh
+    faces = not_positive(points, mesh.faces)
+    border, face = _border_triangles(mesh, polygon, column)
+    nodes = _snap(polygon_points(polygon.parameter, polygon.sides), bits)
+    along_border = not_positive(np.vstack([points, nodes]), border)
+    return np.unique(np.concatenate([faces, face[along_border]]))
+
+
+def _border_triangles(mesh: Mesh, polygon: Polygon, column: int) -> tuple[Ints, Ints]:
+    """A triangle on each piece of the boundary, with the apex of the face that it belongs to.
+
+    Boundary nodes are numbered after the mesh's vertices. Also gives the face of each triangle.
+    """
+    topology = mesh.topology
+    leaving = np.full(len(mesh.vertices), -1, dtype=np.int64)
+    border = np.flatnonzero(topology.twin < 0)
+    leaving[topology.indices[border]] = border
+    vertex = polygon.nodes[:, column]
+    last = np.maximum.accumulate(np.where(vertex >= 0, np.arange(len(vertex)), 0))
+    half_edge = leaving[vertex[last]]
+    node = len(mesh.vertices) + np.arange(len(vertex))
+    apex = topology.target[topology.next[half_edge]]
+    triangles = np.stack([node, np.roll(node, -1), apex], axis=1).astype(np.int32)
+    return triangles, topology.face[half_edge]
