@@ -66,24 +66,37 @@ class Topology:
         """Edges ``(e, 2)`` with the smaller vertex first, in ascending order."""
         low = np.minimum(self.indices, self.target).astype(np.int64)
         high = np.maximum(self.indices, self.target).astype(np.int64)
-        keys = np.unique(low * self.vertex_count + high)
+        keys = np.sort(low * self.vertex_count + high)  # much faster than np.unique
+        keys = keys[np.diff(keys, prepend=-1) > 0]
         return _frozen(
             np.stack(np.divmod(keys, max(self.vertex_count, 1)), axis=1).astype(np.int32)
         )
 
     @cached_property
     def boundary_loops(self) -> list[Ints]:
-        """Vertices of each boundary loop, the surface on its left; most vertices first."""
+        """Vertices of each boundary loop, the surface on its left; most vertices first.
+
+        Where neighbouring faces wind against each other there is no left, and a loop may run either
+        way. At an edge with more than two faces a chain of boundary edges may end; it is listed
+        like a loop.
+        """
         border = np.flatnonzero(self.twin == BOUNDARY)
-        followers: dict[int, list[int]] = {}
-        for h in border:
-            followers.setdefault(int(self.indices[h]), []).append(int(h))
+        at: dict[int, list[int]] = {}  # half-edges that end at a vertex, then those that leave it
+        for h in border.tolist():
+            at.setdefault(int(self.target[h]), []).append(h)
+        for h in border.tolist():
+            at.setdefault(int(self.indices[h]), []).append(h)
+        walked: set[int] = set()
         loops = []
-        for h in border:
-            vertex, loop = int(self.indices[h]), []
-            while followers.get(vertex):
+        for start in border.tolist():
+            vertex, loop = int(self.indices[start]), []
+            while at[vertex]:
+                h = at[vertex].pop()
+                if h in walked:
+                    continue
+                walked.add(h)
                 loop.append(vertex)
-                vertex = int(self.target[followers[vertex].pop()])
+                vertex = int(self.target[h] if self.indices[h] == vertex else self.indices[h])
             if loop:
                 loops.append(_frozen(np.array(loop, dtype=np.int32)))
         return sorted(loops, key=len, reverse=True)
@@ -92,15 +105,10 @@ class Topology:
     def face_component(self) -> Ints:
         """Connected component (over shared edges) of each face."""
         inner = np.flatnonzero(self.twin >= 0)
-        linked = [self.face[inner], self.face[self.twin[inner]]]
-        odd = np.flatnonzero(self.twin < BOUNDARY)  # also faces that meet badly are neighbours
-        if len(odd):
-            low, high = np.minimum(self.indices, self.target), np.maximum(self.indices, self.target)
-            order = odd[np.lexsort((high[odd], low[odd]))]
-            same = (low[order[1:]] == low[order[:-1]]) & (high[order[1:]] == high[order[:-1]])
-            linked[0] = np.concatenate([linked[0], self.face[order[:-1][same]]])
-            linked[1] = np.concatenate([linked[1], self.face[order[1:][same]]])
-        return _frozen(_components(len(self.offsets) - 1, linked[0], linked[1]))
+        odd = self._odd_neighbours  # faces that meet badly are neighbours all the same
+        start = np.concatenate([inner, odd[:, 0]])
+        end = np.concatenate([self.twin[inner], odd[:, 1]])
+        return _frozen(_components(len(self.offsets) - 1, self.face[start], self.face[end]))
 
     @cached_property
     def component_count(self) -> int:
@@ -136,12 +144,52 @@ class Topology:
 
     @cached_property
     def nonmanifold_vertices(self) -> Ints:
-        """Vertices whose faces form more than one fan."""
+        """Vertices whose faces form more than one fan.
+
+        Faces that share an edge are in one fan even where more than two do, or where they wind
+        against each other: such edges are told by ``nonmanifold_edges`` and ``misoriented_edges``.
+        """
+        degree = np.bincount(self.indices, minlength=self.vertex_count)
+        if np.all(self.twin >= BOUNDARY) and degree.max(initial=0) <= 1000:
+            return _frozen(np.flatnonzero(self._first_fan != degree).astype(np.int32))
         inner = np.flatnonzero(self.twin >= 0)
-        fan = _components(len(self.indices), inner, self.next[self.twin[inner]])
+        links = [np.stack([inner, self.next[self.twin[inner]]], axis=1)]
+        odd = self._odd_neighbours
+        for shared in np.minimum, np.maximum:  # the corners at both ends of each odd edge
+            vertex = shared(self.indices, self.target)[odd]
+            links.append(np.where(self.indices[odd] == vertex, odd, self.next[odd]))
+        fan = _components(len(self.indices), *np.concatenate(links).T)
         pairs = np.unique(self.indices.astype(np.int64) * len(self.indices) + fan)
         fans = np.bincount(pairs // max(len(self.indices), 1), minlength=self.vertex_count)
         return _frozen(np.flatnonzero(fans > 1).astype(np.int32))
+
+    @property
+    def _first_fan(self) -> NDArray[np.int64]:
+        """Number of corners met when walking around each vertex once, from face to face."""
+        previous = np.empty_like(self.next)
+        previous[self.next] = np.arange(len(self.next), dtype=np.int32)
+        border = np.flatnonzero(self.twin == BOUNDARY)
+        start = np.full(self.vertex_count, -1, dtype=np.int32)
+        start[self.indices] = np.arange(len(self.indices), dtype=np.int32)
+        start[self.indices[border]] = border
+        met = np.zeros(self.vertex_count, dtype=np.int64)
+        vertex = np.flatnonzero(start >= 0)
+        at = start[vertex]
+        while len(vertex):
+            met[vertex] += 1
+            at = self.twin[previous[at]]
+            on = (at >= 0) & (at != start[vertex])
+            vertex, at = vertex[on], at[on]
+        return met
+
+    @cached_property
+    def _odd_neighbours(self) -> Ints:
+        """Pairs ``(k, 2)`` of half-edges that chain all along each edge where faces meet badly."""
+        odd = np.flatnonzero(self.twin < BOUNDARY)
+        low, high = np.minimum(self.indices, self.target), np.maximum(self.indices, self.target)
+        order = odd[np.lexsort((high[odd], low[odd]))]
+        same = (low[order[1:]] == low[order[:-1]]) & (high[order[1:]] == high[order[:-1]])
+        return _frozen(np.stack([order[:-1][same], order[1:][same]], axis=1).astype(np.int32))
 
     @cached_property
     def is_manifold(self) -> bool:
@@ -153,21 +201,28 @@ class Topology:
         )
 
     @cached_property
+    def windings(self) -> Ints:
+        """Labels ``(2, m)`` of each face as it is (row 0) and turned over (row 1).
+
+        Sides with the same label wind the same way around, from neighbour to neighbour. A face has
+        the same label twice where the surface is one-sided.
+        """
+        inner = np.flatnonzero(self.twin >= 0)
+        odd = self._odd_neighbours[self.twin[self._odd_neighbours[:, 0]] == NOT_ORIENTED]
+        count = len(self.offsets) - 1  # nodes f and f + count: the face as it is and turned over
+        f, k = self.face[inner], self.face[self.twin[inner]]
+        p, q = self.face[odd.T]
+        start = np.concatenate([f, f + count, p, p + count])
+        end = np.concatenate([k, k + count, q + count, q])
+        return _frozen(_components(2 * count, start, end).reshape(2, count))
+
+    @cached_property
     def is_orientable(self) -> bool:
         """Whether the faces can be wound consistently (a Moebius strip's cannot)."""
         if not np.any(self.twin == NOT_ORIENTED):
             return True
-        inner = np.flatnonzero(self.twin >= 0)
-        odd = np.flatnonzero(self.twin == NOT_ORIENTED)
-        low, high = np.minimum(self.indices, self.target), np.maximum(self.indices, self.target)
-        g, h = odd[np.lexsort((high[odd], low[odd]))].reshape(-1, 2).T
-        count = len(self.offsets) - 1  # nodes f and f + count: the face as it is and turned over
-        f, k = self.face[inner], self.face[self.twin[inner]]
-        p, q = self.face[g], self.face[h]
-        start = np.concatenate([f, f + count, p, p + count])
-        end = np.concatenate([k, k + count, q + count, q])
-        component = _components(2 * count, start, end)
-        return not bool(np.any(component[:count] == component[count:]))
+        as_is, turned = self.windings
+        return not bool(np.any(as_is == turned))
 
     @cached_property
     def euler_characteristic(self) -> int:

@@ -15,4 +15,8 @@ constexpr int32_t kBoundary = -1, kNotManifold = -2, kNotOriented = -3;
 void half_edge_twins(const int32_t* origin, const int32_t* target, int64_t half_edges,
                      int64_t vertices, int32_t* twin);
 
+// Pairs of faces that intersect, as (f0, g0, f1, g1, ...); at most `limit` pairs.
+std::vector<int32_t> self_intersections(const double* vertices, int64_t vertex_count,
+                                        const int32_t* faces, int64_t face_count, int64_t limit);
+
 }  // namespace henkei

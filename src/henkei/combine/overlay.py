@@ -78,10 +78,9 @@ def overlay(a: Side, b: Side, plane: CommonPlane, inputs: tuple[Mesh, Mesh]) -> 
 
 def _on_parent(refined: Refined, face: Ints, barycentric: NDArray[np.float64]) -> SurfacePoints:
     """Places on the refined mesh as places on its parent (4.5, eq. 7)."""
-    split = np.flatnonzero(~refined.whole[face])
-    barycentric[split] = np.einsum(
-        "nk,nkj->nj", barycentric[split], refined.barycentric[face[split]]
-    )
+    split = np.flatnonzero(face >= refined.whole)
+    corners = refined.barycentric[face[split] - refined.whole]
+    barycentric[split] = np.einsum("nk,nkj->nj", barycentric[split], corners)
     return SurfacePoints(refined.face[face], barycentric)
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,20 +62,16 @@ class Refined:
 
     mesh : the refined mesh; the parent's vertices come first.
     face : (m,) face of the parent.
-    barycentric : (m, 3, 3), of each corner in the parent's face.
+    whole : how many faces, the first ones, are whole faces of the parent, corner by corner.
+    barycentric : (m - whole, 3, 3), of each corner of the other faces in the parent's face.
     edge : (3 m,) edge of the parent that each half-edge is part of, -1 inside a face.
     """
 
     mesh: Mesh
     face: Ints
+    whole: int
     barycentric: Floats
     edge: Ints
-
-    @cached_property
-    def whole(self) -> NDArray[np.bool_]:
-        """(m,) whether a face is a whole face of the parent, corner by corner."""
-        whole: NDArray[np.bool_] = (self.barycentric == np.eye(3)).all(axis=(1, 2))
-        return whole
 
 
 def split_chords(mesh: Mesh, loop: Ints, corners: NDArray[np.integer]) -> Refined:
@@ -121,10 +116,10 @@ def _split(mesh: Mesh, split: NDArray[np.integer], edge_of: Ints) -> Refined:
     vertices = np.vstack([mesh.vertices, mesh.vertices[mesh.topology.edges[split]].mean(axis=1)])
     marked = (middle[edge_of] >= 0).reshape(-1, 3)
     kept = np.flatnonzero(~marked.any(axis=1))
-    new_faces = [faces[kept]]
-    parents = [kept]
-    barycentric = [np.broadcast_to(np.eye(3), (len(kept), 3, 3))]
-    edge = [edge_of.reshape(-1, 3)[kept]]
+    triangles: list[list[int]] = []
+    parents: list[int] = []
+    barycentric: list[Floats] = []
+    edge: list[list[int]] = []
     for face in np.flatnonzero(marked.any(axis=1)):
         number = int(marked[face].sum())
         # Turn the face so that its split edges come first.
@@ -135,16 +130,21 @@ def _split(mesh: Mesh, split: NDArray[np.integer], edge_of: Ints) -> Refined:
         weights = np.empty((6, 3))
         weights[:, order] = CORNERS
         for triangle in PATTERNS[number]:
-            new_faces.append(np.array([[names[c] for c in triangle]], dtype=np.int32))
-            parents.append(np.array([face]))
-            barycentric.append(weights[list(triangle)][None])
-            edge.append(np.array([[_side_of(p, q, sides) for p, q in _pairs(triangle)]]))
+            triangles.append([names[corner] for corner in triangle])
+            parents.append(face)
+            barycentric.append(weights[list(triangle)])
+            edge.append([_side_of(p, q, sides) for p, q in _pairs(triangle)])
     return Refined(
-        Mesh(vertices, np.concatenate(new_faces)),
-        np.concatenate(parents).astype(np.int32),
-        np.concatenate(barycentric),
-        np.concatenate(edge).astype(np.int32).ravel(),
+        mesh=Mesh(vertices, np.vstack([faces[kept], _table(triangles)])),
+        face=np.concatenate([kept, parents]).astype(np.int32),
+        whole=len(kept),
+        barycentric=np.array(barycentric).reshape(-1, 3, 3),
+        edge=np.vstack([edge_of.reshape(-1, 3)[kept], _table(edge)]).ravel(),
     )
+
+
+def _table(rows: list[list[int]]) -> Ints:
+    return np.array(rows, dtype=np.int32).reshape(-1, 3)
 
 
 def _pairs(triangle: tuple[int, int, int]) -> Iterator[tuple[int, int]]:

@@ -1,0 +1,92 @@
+"""``henkei info``: what it prints, as text and as JSON, and how it ends."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from henkei.cli.info import info
+from henkei.errors import InvalidFile, InvalidInput
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+
+@pytest.fixture
+def disk(tmp_path) -> Path:
+    path = tmp_path / "a [disk].obj"
+    path.write_text(SQUARE + "f 1 2 3\nf 1 3 4\n")
+    return path
+
+
+@pytest.fixture
+def bad(tmp_path) -> Path:
+    path = tmp_path / "bad.obj"
+    path.write_text("f 1 2 x\n")
+    return path
+
+
+@pytest.fixture
+def flipped(tmp_path) -> Path:
+    path = tmp_path / "flipped.obj"
+    path.write_text(SQUARE + "f 1 2 3\nf 1 4 3\n")
+    return path
+
+
+def words(text: str) -> str:
+    return " ".join(text.split())
+
+
+def test_a_good_mesh(disk, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    info(disk)
+    told = words(capsys.readouterr().out)
+    assert "a [disk].obj" in told
+    assert "faces 2 triangles" in told
+    assert "pieces 1, genus 0" in told
+    assert "boundary loops 1, of length 4 (4 vertices)" in told
+    assert "combine takes this mesh" in told
+    assert "register (not in this version) takes this mesh" in told
+
+
+def test_a_mesh_with_a_fault_says_it_once_and_what_to_do(flipped, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    info(flipped)
+    told = words(capsys.readouterr().out)
+    assert "winding disagrees at edges: 1 (0-2)" in told
+    assert "combine no: neighbouring faces wind against each other at 1 edge" in told
+    assert "To do: henkei.oriented(mesh) turns them" in told
+    assert "quad (not in this version) no, for the same reason as combine" in told
+    assert "deform (not in this version) takes this mesh" in told
+
+
+def test_json_names_each_file(disk, flipped, capsys):
+    info(disk, flipped, json=True)
+    told = json.loads(capsys.readouterr().out)
+    assert [entry["file"] for entry in told] == [str(disk), str(flipped)]
+    assert told[0]["methods"]["combine"]["usable"] is True
+    assert told[1]["misoriented_edges"] == [[0, 2]]
+
+
+def test_some_of_many_end_with_3(disk, bad, capsys):
+    with pytest.raises(SystemExit) as caught:
+        info(bad, disk, json=True)
+    assert caught.value.code == 3
+    out, err = capsys.readouterr()
+    told = json.loads(out)
+    assert "error" in told[0]
+    assert told[1]["faces"] == 2
+    assert "bad.obj" in words(err)
+
+
+def test_none_readable_is_refused(bad, tmp_path):
+    with pytest.raises(InvalidFile):
+        info(bad)
+    with pytest.raises(InvalidFile, match=r"(?s)bad\.obj.*missing\.obj"):
+        info(bad, tmp_path / "missing.obj")
+
+
+def test_no_file_is_refused():
+    with pytest.raises(InvalidInput, match="no mesh given"):
+        info()
