@@ -180,29 +180,37 @@ class Mesh(Surface):
         )
         return _frozen(_unit(total))
 
-    @property
+    @cached_property
     def _face_crosses(self) -> Floats:
         a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
         crosses: Floats = np.cross(b - a, c - a)
         return crosses
 
+    def flipped(self) -> Mesh:
+        """The same surface with inside and outside exchanged; ``normal`` attributes turn over."""
+
+        def turned(values: Values) -> Values:
+            return {n: -a if n == "normal" else a for n, a in values.items()}
+
+        corners = np.arange(3 * len(self.faces)).reshape(-1, 3)[:, ::-1].ravel()
+        attributes = Attributes(
+            vertex=turned(self.attributes.vertex),
+            corner=turned({n: a[corners] for n, a in self.attributes.corner.items()}),
+            face=turned(self.attributes.face),
+        )
+        return Mesh(self.vertices, self.faces[:, ::-1], attributes=attributes)
+
     @classmethod
     def from_any(cls, source: Any) -> Mesh:
-        """A triangle mesh from a path, a ``(vertices, faces)`` pair, or an object of trimesh,
-        PyVista or meshio. Faces with more than three corners are refused: triangulate first.
+        """A triangle mesh from a path, a ``(vertices, faces)`` pair, or an object of henkei,
+        trimesh, PyVista or meshio. Larger faces are split, see :meth:`PolygonMesh.triangulated`.
 
         Raises
         ------
-        InvalidInput : the source is none of these, or its faces are not triangles.
+        InvalidInput : the source is none of these.
         """
         surface = _surface_from(source)
-        if isinstance(surface, PolygonMesh):
-            raise InvalidInput(
-                f"this mesh has faces with up to {int(np.diff(surface.offsets).max())} corners, "
-                "triangles are needed; PolygonMesh.triangulated() splits them"
-            )
-        assert isinstance(surface, Mesh)
-        return surface
+        return surface.triangulated() if isinstance(surface, PolygonMesh) else surface
 
     def to_trimesh(self) -> trimesh.Trimesh:
         """The same mesh as ``trimesh.Trimesh``, nothing merged or reordered."""
@@ -342,8 +350,8 @@ def _fan_triangles(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int6
     return np.concatenate(corners)[order], parent[order]
 
 
-def _surface_from(source: Any) -> Surface:
-    if isinstance(source, Surface):
+def _surface_from(source: Any) -> Mesh | PolygonMesh:
+    if isinstance(source, Mesh | PolygonMesh):
         return source
     if isinstance(source, str | os.PathLike):
         from henkei.io import read
@@ -375,7 +383,7 @@ def _vtk_cells(data: Any) -> Ragged:
     return np.asarray(cells.GetConnectivityArray()), np.asarray(cells.GetOffsetsArray())
 
 
-def simplest(surface: PolygonMesh) -> Surface:
+def simplest(surface: PolygonMesh) -> Mesh | PolygonMesh:
     """A :class:`Mesh` if all faces are triangles, else the polygon mesh itself."""
     faces = surface.faces
     if isinstance(faces, tuple):

@@ -91,7 +91,8 @@ def _nearest_on_boundary(name: str, mesh: Mesh, points: Floats, snap: float) -> 
             f"the points of pairs {some(far)} are not on the boundary of {name}: the first is "
             f"{worst:.2%} of the diagonal away from it, {snap:.2%} is allowed (snap)"
         )
-    return loop[away.argmin(axis=1)]
+    nearest: Ints = loop[away.argmin(axis=1)]
+    return nearest
 
 
 def _check_vertices(name: str, mesh: Mesh, loop: Ints, vertices: NDArray[np.integer]) -> None:
@@ -146,9 +147,7 @@ def proposed_pairs(a: Mesh, b: Mesh, count: int = PROPOSED) -> NDArray[np.int32]
     """
     loop_a, loop_b = a.topology.boundary_loops[0], b.topology.boundary_loops[0]
     arc_a, arc_b = _arc(a.vertices[loop_a]), _arc(b.vertices[loop_b])
-    shift = _best_shift(
-        _sampled(a.vertices[loop_a], arc_a), _sampled(b.vertices[loop_b], arc_b)
-    )
+    shift = _best_shift(_sampled(a.vertices[loop_a], arc_a), _sampled(b.vertices[loop_b], arc_b))
     count = min(count, len(loop_a), len(loop_b))
     chosen = _corners(a.vertices[loop_a], arc_a[:-1], count)
     matched: list[int] = []
@@ -162,12 +161,13 @@ def proposed_pairs(a: Mesh, b: Mesh, count: int = PROPOSED) -> NDArray[np.int32]
 
 
 def _arc(points: Floats) -> Floats:
-    """Arc length at each vertex of a closed polyline, and at its end, as a fraction of the whole."""
+    """Arc length at each vertex of a closed polyline, and at its end, by the whole length."""
     lengths = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
     arc = np.concatenate([[0.0], np.cumsum(lengths)])
     if arc[-1] == 0:
         return np.linspace(0, 1, len(arc))
-    return arc / arc[-1]
+    share: Floats = arc / arc[-1]
+    return share
 
 
 def _sampled(points: Floats, arc: Floats) -> Floats:

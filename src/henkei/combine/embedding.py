@@ -122,11 +122,13 @@ def common_plane(a: Side, b: Side) -> CommonPlane:
     flat_b, bits_b = _injective(b, polygon, 1)
     for bits in RESOLUTIONS:
         if bits >= max(bits_a, bits_b):
-            points = [_snap(f.positions, bits) for f in (flat_a, flat_b)]
-            folded = [_folded(s, polygon, i, points[i], bits) for i, s in enumerate((a, b))]
-            if not any(map(len, folded)):
-                return CommonPlane(polygon, *points, flat_a, flat_b, bits)
-    raise no_flattening((a if len(folded[0]) else b).refined.mesh, folded[0] or folded[1])
+            points_a, points_b = _snap(flat_a.positions, bits), _snap(flat_b.positions, bits)
+            folded_a = _folded(a, polygon, 0, points_a, bits)
+            folded_b = _folded(b, polygon, 1, points_b, bits)
+            if not len(folded_a) and not len(folded_b):
+                return CommonPlane(polygon, points_a, points_b, flat_a, flat_b, bits)
+    side, folded = (a, folded_a) if len(folded_a) else (b, folded_b)
+    raise no_flattening(side.refined.mesh, folded)
 
 
 def _injective(side: Side, polygon: Polygon, column: int) -> tuple[Flattening, int]:
@@ -134,7 +136,7 @@ def _injective(side: Side, polygon: Polygon, column: int) -> tuple[Flattening, i
     own = polygon.nodes[:, column] >= 0
     boundary = polygon.nodes[own, column]
     positions = polygon_points(polygon.parameter, polygon.sides)[own]
-    folded = np.empty(0, dtype=np.int32)
+    folded: NDArray[np.integer] = np.empty(0, dtype=np.int32)
     for flat in flattenings(side.refined.mesh, boundary, positions):
         for bits in RESOLUTIONS:
             points = _snap(flat.positions, bits)

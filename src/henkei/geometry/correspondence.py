@@ -18,7 +18,8 @@ class SurfacePoints:
     """Places on a triangle mesh.
 
     face : (n,) int32, face of the mesh; -1 where the place has none (a filled hole, say).
-    barycentric : (n, 3) float64, weights of that face's three vertices, each row sums to 1.
+    barycentric : (n, 3) float64, weights of that face's three vertices, each row sums to 1; all 0
+        where there is no face.
     """
 
     face: Ints

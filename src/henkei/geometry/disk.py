@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ BALANCING_STEPS = 30
 def boundary_parameter(mesh: Mesh, loop: Ints, corners: NDArray[np.integer]) -> Floats:
     """Where the boundary vertices lie on a polygon: side plus fraction of the side (3.1).
 
-    ``loop`` holds the boundary vertices in order and starts with a corner; ``corners`` are positions
+    ``loop`` holds the boundary vertices in order and starts with a corner; ``corners`` are places
     in it, ascending, the first 0. The vertices between two corners divide their side in the ratio
     of the lengths of their edges.
     """
@@ -46,7 +47,7 @@ def boundary_parameter(mesh: Mesh, loop: Ints, corners: NDArray[np.integer]) -> 
 
 
 def polygon_points(parameter: Floats, sides: int) -> Floats:
-    """Points ``(k, 2)`` on the regular polygon inscribed in the unit circle, first corner (1, 0)."""
+    """Points ``(k, 2)`` on the regular polygon in the unit circle, its first corner at (1, 0)."""
     turn = 2 * np.pi * np.arange(sides + 1) / sides
     corner = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     corner[-1] = corner[0]
@@ -120,7 +121,7 @@ def _split(mesh: Mesh, split: NDArray[np.integer], edge_of: Ints) -> Refined:
     parents: list[int] = []
     barycentric: list[Floats] = []
     edge: list[list[int]] = []
-    for face in np.flatnonzero(marked.any(axis=1)):
+    for face in np.flatnonzero(marked.any(axis=1)).tolist():
         number = int(marked[face].sum())
         # Turn the face so that its split edges come first.
         turn = next(r for r in range(3) if np.roll(marked[face], -r)[:number].all())
@@ -169,7 +170,7 @@ class Flattening:
 
 
 def flattenings(mesh: Mesh, boundary: Ints, positions: Floats) -> Iterator[Flattening]:
-    """Maps of the mesh into the plane with its boundary at the given positions, most faithful first.
+    """Maps of the mesh into the plane with its boundary at the positions, most faithful first.
 
     The harmonic map by cotangent weights (eq. 1-5), which may fold triangles over; then mean value
     and uniform weights, which in exact arithmetic never do; then springs softened step by step
@@ -213,8 +214,8 @@ def _solve(
     flat[boundary] = positions
     if not inner.any():
         return Flattening(flat, name, "none")
-    rows = weights[inner]
-    system = (diags_array(rows.sum(axis=1)) - rows[:, inner]).tocsc()
+    rows: Any = weights[inner]
+    system: Any = (diags_array(rows.sum(axis=1)) - rows[:, inner]).tocsc()
     factor = factor_spd(system) if symmetric else factor_general(system)
     flat[inner] = factor.solve(rows[:, boundary] @ positions)
     return Flattening(flat, name, factor.backend)

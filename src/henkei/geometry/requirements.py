@@ -95,6 +95,16 @@ def require_disk(surface: Surface) -> None:
     _require(surface, DISK)
 
 
+def require_disk_with_holes(surface: Surface) -> None:
+    """Like :func:`require_disk`, but with any number of boundary loops, at least one.
+
+    Raises
+    ------
+    NotFinite, DegenerateFaces, NotManifold, NotOriented, NotADisk; InvalidMesh for polygons
+    """
+    _require(surface, DISK_WITH_HOLES)
+
+
 def has_faces(surface: Surface) -> Problem | None:
     """At least one face."""
     if surface.face_count:

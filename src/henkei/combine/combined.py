@@ -1,0 +1,269 @@
+"""The combined mesh: one connectivity that carries both surfaces exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from henkei.errors import InvalidFile
+from henkei.geometry.alignment import aligned
+from henkei.geometry.correspondence import Correspondence, SurfacePoints
+from henkei.geometry.interpolation import Path, Time, between
+from henkei.mesh import Attributes, Floats, Mesh
+from henkei.topology import Ints
+
+
+@dataclass(frozen=True)
+class CombineQuality:
+    """The figures that tell whether to trust a combined mesh.
+
+    vertices, edges, faces, euler : of the combined mesh; V - E + F is 1 for a disk.
+    crossings : vertices where an edge of a crosses an edge of b.
+    coincident : vertices of a and b that fell on one place.
+    inverted : triangles not strictly upright in the common plane, decided exactly; 0.
+    area_error_a, area_error_b : relative change of the surface's area; rounding only.
+    vertex_error_a, vertex_error_b : largest distance of an original vertex from its own place, as a
+        fraction of the diagonal; rounding only.
+    weights_a, weights_b : with which each surface was flattened: ``"cotangent"`` (harmonic), or the
+        fallbacks ``"mean value"``, ``"uniform"``, ``"balanced"``.
+    chords_a, chords_b : inner edges split because both ends lay on one side of the polygon.
+    filled_a, filled_b : boundary loops closed beforehand.
+    solver_a, solver_b : the sparse solver that ran.
+    bits : resolution of the common plane: one unit is 2^-bits of the circle's radius.
+    """
+
+    vertices: int
+    edges: int
+    faces: int
+    euler: int
+    crossings: int
+    coincident: int
+    inverted: int
+    area_error_a: float
+    area_error_b: float
+    vertex_error_a: float
+    vertex_error_b: float
+    weights_a: str
+    weights_b: str
+    chords_a: int
+    chords_b: int
+    filled_a: int
+    filled_b: int
+    solver_a: str
+    solver_b: str
+    bits: int
+
+
+@dataclass(frozen=True, eq=False)
+class CombinedMesh:
+    """Two disks in one mesh. Made by :func:`henkei.combine`.
+
+    correspondence : faces, positions on a and on b, places on both inputs, carried attributes.
+    pairs : (k, 2) the corresponding boundary vertices that were used.
+    vertex_of_a, vertex_of_b : the vertex of the combined mesh that each input vertex became; a's
+        vertices come first, in their own order.
+    face_on_a, face_on_b : (m,) the input face that holds each face; -1 in filled holes.
+    edges : (e, 2). edge_on_a, edge_on_b : (e,) the input edge, as numbered in
+        ``a.topology.edges``, that each edge is part of; -1 for none. An edge that is part of
+        neither splits a face with more than three corners or ends at a split chord.
+    plane_vertices : (n, 2) int64, the common plane in units of 2^-61; input vertices exactly,
+        crossings rounded.
+    """
+
+    correspondence: Correspondence
+    pairs: Ints
+    vertex_of_a: Ints
+    vertex_of_b: Ints
+    face_on_a: Ints
+    face_on_b: Ints
+    edges: Ints
+    edge_on_a: Ints
+    edge_on_b: Ints
+    plane_vertices: NDArray[np.int64]
+    quality: CombineQuality
+
+    @property
+    def faces(self) -> Ints:
+        """Faces (m, 3)."""
+        return self.correspondence.faces
+
+    @property
+    def vertices_a(self) -> Floats:
+        """Positions (n, 3) on a."""
+        return self.correspondence.vertices_a
+
+    @property
+    def vertices_b(self) -> Floats:
+        """Positions (n, 3) on b."""
+        return self.correspondence.vertices_b
+
+    @property
+    def on_a(self) -> SurfacePoints:
+        """Places of the vertices on the input a."""
+        return self.correspondence.on_a
+
+    @property
+    def on_b(self) -> SurfacePoints:
+        """Places of the vertices on the input b."""
+        return self.correspondence.on_b
+
+    @cached_property
+    def mesh_a(self) -> Mesh:
+        """The combined mesh in the shape of a, with a's attributes."""
+        return self.correspondence.mesh_a
+
+    @cached_property
+    def mesh_b(self) -> Mesh:
+        """The combined mesh in the shape of b, with b's attributes."""
+        return self.correspondence.mesh_b
+
+    def at(
+        self,
+        t: float,
+        *,
+        path: Literal["linear", "rotation"] | Path = "linear",
+        time: Time = "linear",
+        delay: ArrayLike | None = None,
+    ) -> Mesh:
+        """The shape at time ``t`` between a (0) and b (1); see
+        :func:`henkei.geometry.interpolation.between`."""
+        return between(self.correspondence, t, path=path, time=time, delay=delay)
+
+    def aligned(self, *, scale: bool = True) -> CombinedMesh:
+        """The same with b moved onto a by the best similarity (rigid motion without ``scale``)."""
+        return replace(self, correspondence=aligned(self.correspondence, scale=scale))
+
+    def without_fill(self) -> CombinedMesh:
+        """The same without what lies in a filled hole of a or of b."""
+        kept = (self.face_on_a >= 0) & (self.face_on_b >= 0)
+        if kept.all():
+            return self
+        before = self.correspondence
+        used = np.zeros(len(before.vertices_a), dtype=bool)
+        used[before.faces[kept]] = True
+        number = np.where(used, np.cumsum(used) - 1, -1).astype(np.int32)
+        faces = number[before.faces[kept]]
+        edges = number[self.edges]
+        inside = _is_edge_of(faces, edges)
+        return replace(
+            self,
+            correspondence=Correspondence(
+                faces,
+                before.vertices_a[used],
+                before.vertices_b[used],
+                SurfacePoints(before.on_a.face[used], before.on_a.barycentric[used]),
+                SurfacePoints(before.on_b.face[used], before.on_b.barycentric[used]),
+                _kept(before.attributes_a, used, kept),
+                _kept(before.attributes_b, used, kept),
+            ),
+            vertex_of_a=number[self.vertex_of_a],
+            vertex_of_b=number[self.vertex_of_b],
+            face_on_a=self.face_on_a[kept],
+            face_on_b=self.face_on_b[kept],
+            edges=edges[inside],
+            edge_on_a=self.edge_on_a[inside],
+            edge_on_b=self.edge_on_b[inside],
+            plane_vertices=self.plane_vertices[used],
+            quality=replace(
+                self.quality,
+                vertices=int(used.sum()),
+                edges=int(inside.sum()),
+                faces=len(faces),
+                euler=int(used.sum()) - int(inside.sum()) + len(faces),
+            ),
+        )
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Everything as arrays by name, for a file; :meth:`from_arrays` undoes it."""
+        c = self.correspondence
+        arrays: dict[str, NDArray[Any]] = {
+            "faces": c.faces,
+            "vertices_a": c.vertices_a,
+            "vertices_b": c.vertices_b,
+            "on_a.face": c.on_a.face,
+            "on_a.barycentric": c.on_a.barycentric,
+            "on_b.face": c.on_b.face,
+            "on_b.barycentric": c.on_b.barycentric,
+        }
+        arrays |= {name: getattr(self, name) for name in _OWN_ARRAYS}
+        arrays |= {f"quality.{name}": np.array(v) for name, v in asdict(self.quality).items()}
+        for side, attributes in (("a", c.attributes_a), ("b", c.attributes_b)):
+            for domain in ("vertex", "corner", "face"):
+                for name, values in getattr(attributes, domain).items():
+                    arrays[f"attributes_{side}.{domain}.{name}"] = values
+        return arrays
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> CombinedMesh:
+        """The combined mesh that :meth:`to_arrays` took apart.
+
+        Raises
+        ------
+        InvalidFile : an array is missing.
+        """
+        try:
+            correspondence = Correspondence(
+                arrays["faces"],
+                arrays["vertices_a"],
+                arrays["vertices_b"],
+                SurfacePoints(arrays["on_a.face"], arrays["on_a.barycentric"]),
+                SurfacePoints(arrays["on_b.face"], arrays["on_b.barycentric"]),
+                _attributes(arrays, "attributes_a"),
+                _attributes(arrays, "attributes_b"),
+            )
+            fields = CombineQuality.__dataclass_fields__
+            quality = CombineQuality(**{n: arrays[f"quality.{n}"].item() for n in fields})
+            own = {name: arrays[name] for name in _OWN_ARRAYS}
+            return cls(correspondence, quality=quality, **own)
+        except KeyError as missing:
+            raise InvalidFile(f"not a whole combined mesh: {missing} is missing") from None
+
+
+_OWN_ARRAYS = (
+    "pairs",
+    "vertex_of_a",
+    "vertex_of_b",
+    "face_on_a",
+    "face_on_b",
+    "edges",
+    "edge_on_a",
+    "edge_on_b",
+    "plane_vertices",
+)
+
+
+def _attributes(arrays: Mapping[str, NDArray[Any]], prefix: str) -> Attributes:
+    domains: dict[str, dict[str, NDArray[Any]]] = {"vertex": {}, "corner": {}, "face": {}}
+    for key, values in arrays.items():
+        if key.startswith(prefix + "."):
+            _, domain, name = key.split(".", 2)
+            domains[domain][name] = values
+    return Attributes(**domains)
+
+
+def _kept(
+    attributes: Attributes, vertices: NDArray[np.bool_], faces: NDArray[np.bool_]
+) -> Attributes:
+    corners = np.repeat(faces, 3)
+    return Attributes(
+        vertex={name: values[vertices] for name, values in attributes.vertex.items()},
+        corner={name: values[corners] for name, values in attributes.corner.items()},
+        face={name: values[faces] for name, values in attributes.face.items()},
+    )
+
+
+def _is_edge_of(faces: Ints, edges: Ints) -> NDArray[np.bool_]:
+    count = int(max(faces.max(initial=0), edges.max(initial=0))) + 1
+
+    def keys(ends: NDArray[Any]) -> NDArray[np.int64]:
+        low, high = np.sort(ends.astype(np.int64), axis=1).T
+        return np.asarray(low * count + high)
+
+    of_faces = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    inside: NDArray[np.bool_] = np.isin(keys(edges), keys(of_faces)) & (edges >= 0).all(axis=1)
+    return inside
