@@ -209,7 +209,7 @@ class Mesh(Surface):
         ------
         InvalidInput : the source is none of these.
         """
-        surface = _surface_from(source)
+        surface = surface_from(source)
         return surface.triangulated() if isinstance(surface, PolygonMesh) else surface
 
     def to_trimesh(self) -> trimesh.Trimesh:
@@ -350,7 +350,8 @@ def _fan_triangles(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int6
     return np.concatenate(corners)[order], parent[order]
 
 
-def _surface_from(source: Any) -> Mesh | PolygonMesh:
+def surface_from(source: Any) -> Mesh | PolygonMesh:
+    """A mesh with its faces as they are, from whatever :meth:`Mesh.from_any` takes."""
     if isinstance(source, Mesh | PolygonMesh):
         return source
     if isinstance(source, str | os.PathLike):

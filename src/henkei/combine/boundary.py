@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from henkei.errors import InvalidInput, some
-from henkei.geometry.alignment import similarity
 from henkei.mesh import Floats, Mesh
 from henkei.topology import Ints
 
@@ -20,9 +20,27 @@ SAMPLES = 256  # per loop, to align two loops
 PROPOSED = 8  # pairs
 
 
-def corresponding_vertices(
-    a: Mesh, b: Mesh, pairs: Pairs, *, snap: float = SNAP
-) -> NDArray[np.int32]:
+@dataclass(frozen=True, eq=False)
+class Boundary:
+    """The boundary loop of one input: its vertices in order, the surface on its left."""
+
+    name: str
+    mesh: Mesh
+    loop: Ints
+
+    @property
+    def points(self) -> Floats:
+        """Positions (k, 3) of the loop's vertices."""
+        return self.mesh.vertices[self.loop]
+
+    def places(self, vertices: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Where vertices stand in the loop."""
+        order = np.argsort(self.loop)
+        places: NDArray[np.integer] = order[np.searchsorted(self.loop, vertices, sorter=order)]
+        return places
+
+
+def corresponding_vertices(a: Boundary, b: Boundary, pairs: Pairs, snap: float = SNAP) -> Ints:
     """Pairs as boundary vertices ``(k, 2)``, in the order of a's boundary loop.
 
     ``pairs`` are vertex indices ``(i, j)``, 3-D points ``(p, q)`` that are snapped to the nearest
@@ -34,7 +52,6 @@ def corresponding_vertices(
         is used twice, a point farther than ``snap`` (fraction of the diagonal) from the boundary,
         pairs in crossing order, or surfaces whose boundaries run in opposite directions.
     """
-    loop_a, loop_b = a.topology.boundary_loops[0], b.topology.boundary_loops[0]
     if isinstance(pairs, str):
         if pairs != "auto":
             raise InvalidInput(f'pairs must be "auto" or a list of pairs, not {pairs!r}')
@@ -45,12 +62,12 @@ def corresponding_vertices(
             f"{len(chosen)} pairs of corresponding boundary vertices were given, "
             "at least 3 are needed"
         )
-    for name, mesh, loop, column in (("a", a, loop_a, 0), ("b", b, loop_b, 1)):
-        _check_vertices(name, mesh, loop, chosen[:, column])
-    return _in_order(loop_a, loop_b, chosen)
+    _check_vertices(a, chosen[:, 0])
+    _check_vertices(b, chosen[:, 1])
+    return _in_order(a, b, chosen)
 
 
-def _as_vertices(a: Mesh, b: Mesh, pairs: Any, snap: float) -> NDArray[np.int32]:
+def _as_vertices(a: Boundary, b: Boundary, pairs: Any, snap: float) -> NDArray[np.integer]:
     try:
         given = np.asarray(pairs)
     except ValueError:
@@ -65,25 +82,21 @@ def _as_vertices(a: Mesh, b: Mesh, pairs: Any, snap: float) -> NDArray[np.int32]
     if given.ndim == 2 and given.shape[1] == 2 and np.issubdtype(given.dtype, np.integer):
         return given.astype(np.int64)
     if given.ndim == 3 and given.shape[1:] == (2, 3):
-        return np.stack(
-            [
-                _nearest_on_boundary(name, mesh, given[:, i].astype(np.float64), snap)
-                for i, (name, mesh) in enumerate((("a", a), ("b", b)))
-            ],
-            axis=1,
-        )
+        points = given.astype(np.float64)
+        ends = [_nearest_on_boundary(side, points[:, i], snap) for i, side in enumerate((a, b))]
+        return np.stack(ends, axis=1)
     raise InvalidInput(
         f"pairs have shape {given.shape} and type {given.dtype}; "
         "vertex indices (k, 2) or points (k, 2, 3) are needed"
     )
 
 
-def _nearest_on_boundary(name: str, mesh: Mesh, points: Floats, snap: float) -> NDArray[np.int32]:
+def _nearest_on_boundary(side: Boundary, points: Floats, snap: float) -> Ints:
+    name, mesh, loop = side.name, side.mesh, side.loop
     if not np.isfinite(points).all():
         bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
         raise InvalidInput(f"the points of pairs {some(bad)} on {name} are not finite")
-    loop = mesh.topology.boundary_loops[0]
-    away = np.linalg.norm(points[:, None] - mesh.vertices[loop][None], axis=2)
+    away = np.linalg.norm(points[:, None] - side.points[None], axis=2)
     far = np.flatnonzero(away.min(axis=1) > snap * mesh.diagonal)
     if len(far):
         worst = away.min(axis=1)[far[0]] / mesh.diagonal
@@ -95,14 +108,15 @@ def _nearest_on_boundary(name: str, mesh: Mesh, points: Floats, snap: float) -> 
     return nearest
 
 
-def _check_vertices(name: str, mesh: Mesh, loop: Ints, vertices: NDArray[np.integer]) -> None:
+def _check_vertices(side: Boundary, vertices: NDArray[np.integer]) -> None:
+    name, mesh = side.name, side.mesh
     missing = vertices[(vertices < 0) | (vertices >= len(mesh.vertices))]
     if len(missing):
         raise InvalidInput(
             f"pairs name vertices {some(missing)} of {name}, "
             f"which has {len(mesh.vertices)} (counted from 0)"
         )
-    inside = vertices[~np.isin(vertices, loop)]
+    inside = vertices[~np.isin(vertices, side.loop)]
     if len(inside):
         raise InvalidInput(
             f"vertices {some(inside)} of {name} are not on its boundary; "
@@ -115,12 +129,9 @@ def _check_vertices(name: str, mesh: Mesh, loop: Ints, vertices: NDArray[np.inte
         )
 
 
-def _in_order(loop_a: Ints, loop_b: Ints, pairs: NDArray[np.integer]) -> NDArray[np.int32]:
+def _in_order(a: Boundary, b: Boundary, pairs: NDArray[np.integer]) -> Ints:
     """Sort pairs along a's loop, and see that they follow b's loop likewise."""
-    place_a, place_b = (
-        np.argsort(loop)[np.searchsorted(np.sort(loop), pairs[:, i])]
-        for i, loop in enumerate((loop_a, loop_b))
-    )
+    place_a, place_b = a.places(pairs[:, 0]), b.places(pairs[:, 1])
     order = np.argsort(place_a)
     steps = np.diff(place_b[order], append=place_b[order[0]])
     falls, rises = int((steps < 0).sum()), int((steps > 0).sum())
@@ -138,26 +149,36 @@ def _in_order(loop_a: Ints, loop_b: Ints, pairs: NDArray[np.integer]) -> NDArray
     )
 
 
-def proposed_pairs(a: Mesh, b: Mesh, count: int = PROPOSED) -> NDArray[np.int32]:
+def proposed_pairs(a: Boundary, b: Boundary, count: int = PROPOSED) -> Ints:
     """Boundary vertex pairs ``(k, 2)`` found by shape alone.
 
     Both loops are sampled evenly by arc length, and b's is shifted along itself and moved onto a's
     by the similarity that fits best. Corners of a (large turning angle, well apart), filled up
     evenly, are then matched by arc length. What it finds is a proposal: look at it.
     """
-    loop_a, loop_b = a.topology.boundary_loops[0], b.topology.boundary_loops[0]
-    arc_a, arc_b = _arc(a.vertices[loop_a]), _arc(b.vertices[loop_b])
-    shift = _best_shift(_sampled(a.vertices[loop_a], arc_a), _sampled(b.vertices[loop_b], arc_b))
-    count = min(count, len(loop_a), len(loop_b))
-    chosen = _corners(a.vertices[loop_a], arc_a[:-1], count)
-    matched: list[int] = []
-    ahead = (arc_b[:-1][None] - (arc_a[chosen][:, None] + shift)) % 1
-    distance = np.minimum(ahead, 1 - ahead)
-    for row in distance:
-        row[matched] = np.inf
-        matched.append(int(row.argmin()))
-    pairs = np.stack([loop_a[chosen], loop_b[matched]], axis=1)
-    return _in_order(loop_a, loop_b, pairs)
+    arc_a, arc_b = _arc(a.points), _arc(b.points)
+    shift = _best_shift(_sampled(a.points, arc_a), _sampled(b.points, arc_b))
+    count = min(count, len(a.loop), len(b.loop))
+    chosen = _corners(a.points, arc_a[:-1], count)
+    order = _matched(arc_a[chosen] + shift, arc_b[:-1])
+    return np.stack([a.loop[chosen], b.loop[order]], axis=1)
+
+
+def _matched(wanted: Floats, arc: Floats) -> NDArray[np.intp]:
+    """For ascending places around a loop, vertices near them: all different, in cyclic order."""
+    count, spare = len(wanted), len(arc) - len(wanted)
+    start = int(np.argmin(_apart(arc, wanted[0] % 1)))
+    ahead = np.roll((arc - arc[start]) % 1, -start)  # ascending from 0
+    nearest = np.searchsorted(ahead, (wanted - wanted[0]) % 1)
+    before = np.maximum(nearest - 1, 0)
+    after = np.minimum(nearest, len(arc) - 1)
+    reach = (wanted - wanted[0]) % 1
+    chosen = np.where(reach - ahead[before] < ahead[after] - reach, before, after)
+    rank = np.arange(count)
+    chosen = np.maximum.accumulate(chosen - rank) + rank
+    chosen = np.minimum(chosen, spare + rank)
+    around: NDArray[np.intp] = (chosen + start) % len(arc)
+    return around
 
 
 def _arc(points: Floats) -> Floats:
@@ -177,12 +198,18 @@ def _sampled(points: Floats, arc: Floats) -> Floats:
 
 
 def _best_shift(a: Floats, b: Floats) -> float:
-    """How far, as a fraction of its length, b must be run ahead to lie on a."""
-    misfit = []
-    for shift in range(SAMPLES):
-        moved = np.roll(b, -shift, axis=0)
-        misfit.append(np.square(similarity(moved, a).apply(moved) - a).sum())
-    return int(np.argmin(misfit)) / SAMPLES
+    """How far, as a fraction of its length, b must be run ahead to lie on a.
+
+    The best similarity leaves the misfit ``|a|^2 - (s1 + s2 +- s3)^2 / |b|^2`` with the singular
+    values of the covariance (Umeyama 1991): the shift that makes their sum largest is sought.
+    """
+    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
+    step = np.arange(SAMPLES)
+    shifted = b[(step[:, None] + step) % SAMPLES]
+    covariance = np.einsum("ki,skj->sij", a, shifted)
+    values = np.linalg.svd(covariance, compute_uv=False)
+    values[:, 2] *= np.sign(np.linalg.det(covariance))
+    return int(values.sum(axis=1).argmax()) / SAMPLES
 
 
 def _corners(points: Floats, arc: Floats, count: int) -> NDArray[np.intp]:
@@ -193,7 +220,7 @@ def _corners(points: Floats, arc: Floats, count: int) -> NDArray[np.intp]:
     for vertex in np.argsort(-turning, kind="stable"):
         if len(chosen) == count or turning[vertex] < np.radians(20):
             break
-        if all(_apart(arc[vertex], arc[other]) >= gap for other in chosen):
+        if np.all(_apart(arc[chosen], arc[vertex]) >= gap):
             chosen.append(int(vertex))
     chosen = chosen or [0]
     while len(chosen) < count:  # the middle of the widest gap
@@ -201,13 +228,14 @@ def _corners(points: Floats, arc: Floats, count: int) -> NDArray[np.intp]:
         widths = np.diff(places, append=places[0] + 1)
         middle = (places[widths.argmax()] + widths.max() / 2) % 1
         free = np.setdiff1d(np.arange(len(arc)), chosen)
-        chosen.append(int(free[np.argmin([_apart(arc[v], middle) for v in free])]))
+        chosen.append(int(free[_apart(arc[free], middle).argmin()]))
     return np.sort(np.array(chosen))
 
 
-def _apart(p: float, q: float) -> float:
-    ahead = abs(p - q) % 1
-    return min(ahead, 1 - ahead)
+def _apart(p: Floats, q: float) -> Floats:
+    """Distance along the loop between places on it."""
+    ahead = np.abs(p - q) % 1
+    return np.asarray(np.minimum(ahead, 1 - ahead))
 
 
 def _turning(points: Floats, arc: Floats) -> Floats:

@@ -30,9 +30,12 @@ class CombineQuality:
     vertex_error_a, vertex_error_b : largest distance of an original vertex from its own place, as a
         fraction of the diagonal; rounding only.
     weights_a, weights_b : with which each surface was flattened: ``"cotangent"`` (harmonic), or the
-        fallbacks ``"mean value"``, ``"uniform"``, ``"balanced"``.
+        fallbacks ``"mean value"``, ``"uniform"``, ``"outward"``.
     chords_a, chords_b : inner edges split because both ends lay on one side of the polygon.
     filled_a, filled_b : boundary loops closed beforehand.
+    polygons_a, polygons_b : faces with more than three corners that were split into triangles;
+        ``on_a`` and ``on_b`` name the triangles of ``PolygonMesh.triangulated()``.
+    unused_a, unused_b : vertices that no face uses; they are not in the result.
     solver_a, solver_b : the sparse solver that ran.
     bits : resolution of the common plane: one unit is 2^-bits of the circle's radius.
     """
@@ -54,6 +57,10 @@ class CombineQuality:
     chords_b: int
     filled_a: int
     filled_b: int
+    polygons_a: int
+    polygons_b: int
+    unused_a: int
+    unused_b: int
     solver_a: str
     solver_b: str
     bits: int
@@ -65,8 +72,8 @@ class CombinedMesh:
 
     correspondence : faces, positions on a and on b, places on both inputs, carried attributes.
     pairs : (k, 2) the corresponding boundary vertices that were used.
-    vertex_of_a, vertex_of_b : the vertex of the combined mesh that each input vertex became; a's
-        vertices come first, in their own order.
+    vertex_of_a, vertex_of_b : the vertex of the combined mesh that each input vertex became, -1 for
+        those that no face uses; a's vertices come first, in their own order.
     face_on_a, face_on_b : (m,) the input face that holds each face; -1 in filled holes.
     edges : (e, 2). edge_on_a, edge_on_b : (e,) the input edge, as numbered in
         ``a.topology.edges``, that each edge is part of; -1 for none. An edge that is part of
@@ -161,8 +168,8 @@ class CombinedMesh:
                 _kept(before.attributes_a, used, kept),
                 _kept(before.attributes_b, used, kept),
             ),
-            vertex_of_a=number[self.vertex_of_a],
-            vertex_of_b=number[self.vertex_of_b],
+            vertex_of_a=_renumbered(self.vertex_of_a, number),
+            vertex_of_b=_renumbered(self.vertex_of_b, number),
             face_on_a=self.face_on_a[kept],
             face_on_b=self.face_on_b[kept],
             edges=edges[inside],
@@ -255,6 +262,10 @@ def _kept(
         corner={name: values[corners] for name, values in attributes.corner.items()},
         face={name: values[faces] for name, values in attributes.face.items()},
     )
+
+
+def _renumbered(vertices: Ints, number: Ints) -> Ints:
+    return np.where(vertices >= 0, number[vertices], -1).astype(np.int32)
 
 
 def _is_edge_of(faces: Ints, edges: Ints) -> NDArray[np.bool_]:

@@ -11,7 +11,6 @@ from henkei._kernels import overlay as overlay_kernel
 from henkei.combine.embedding import CommonPlane, Side
 from henkei.geometry.correspondence import SurfacePoints
 from henkei.geometry.disk import Refined
-from henkei.mesh import Mesh
 from henkei.topology import Ints
 
 PLANE_BITS = 61  # of the grid to which crossings are rounded
@@ -22,10 +21,10 @@ class Overlay:
     """The common subdivision. Vertices: those of a, then those of b that coincide with none of
     these, then crossings.
 
-    faces : (m, 3). face_on_a, face_on_b : (m,) the input face that holds each.
-    on_a, on_b : places of the vertices on the inputs.
-    vertex_of_a, vertex_of_b : result vertex of each input vertex.
-    edges : (e, 2). edge_on_a, edge_on_b : (e,) the input edge each is part of, -1 for none.
+    faces : (m, 3). face_on_a, face_on_b : (m,) the surface's face that holds each.
+    on_a, on_b : places of the vertices on the surfaces.
+    vertex_of_a, vertex_of_b : its vertex for each vertex of the surfaces with their chords split.
+    edges : (e, 2). edge_on_a, edge_on_b : (e,) the surface's edge each is part of, -1 for none.
     plane_vertices : (n, 2) int64, position in the common plane in units of 2^-61.
     crossings, coincident : number of crossings; of vertices of a and b that are one.
     """
@@ -45,7 +44,7 @@ class Overlay:
     coincident: int
 
 
-def overlay(a: Side, b: Side, plane: CommonPlane, inputs: tuple[Mesh, Mesh]) -> Overlay:
+def overlay(a: Side, b: Side, plane: CommonPlane) -> Overlay:
     """Subdivide both triangulations by each other. Exact; near linear in the size of the result."""
     raw = overlay_kernel(
         plane.points_a,
@@ -58,15 +57,14 @@ def overlay(a: Side, b: Side, plane: CommonPlane, inputs: tuple[Mesh, Mesh]) -> 
         PLANE_BITS - plane.bits,
     )
     count_a, count_b = (len(s.refined.mesh.vertices) for s in (a, b))
-    in_a, in_b = (len(mesh.vertices) for mesh in inputs)
     return Overlay(
         faces=raw["faces"],
         face_on_a=a.refined.face[raw["face_a"]],
         face_on_b=b.refined.face[raw["face_b"]],
         on_a=_on_parent(a.refined, raw["on_face_a"], raw["barycentric_a"]),
         on_b=_on_parent(b.refined, raw["on_face_b"], raw["barycentric_b"]),
-        vertex_of_a=np.arange(in_a, dtype=np.int32),
-        vertex_of_b=raw["node_of_b"][:in_b],
+        vertex_of_a=np.arange(count_a, dtype=np.int32),
+        vertex_of_b=raw["node_of_b"],
         edges=raw["edges"],
         edge_on_a=_edge_on_parent(a.refined, raw["edge_a"]),
         edge_on_b=_edge_on_parent(b.refined, raw["edge_b"]),

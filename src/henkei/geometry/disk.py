@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array
 
 from henkei.errors import Infeasible
-from henkei.geometry.weights import cotangent_matrix, mean_value_matrix, spring_matrix
+from henkei.geometry.weights import cotangent_matrix, edge_matrix, mean_value_matrix
 from henkei.mesh import Floats, Mesh
 from henkei.solve import factor_general, factor_spd
 from henkei.topology import Ints
 
 SHORTEST = 1e-6  # of a side's mean edge: shorter boundary edges are flattened as if so long
-BALANCING_STEPS = 30
+INWARD = (0.3, 0.1)  # weight of neighbours away from the boundary, by those towards it
 
 
 def boundary_parameter(mesh: Mesh, loop: Ints, corners: NDArray[np.integer]) -> Floats:
@@ -173,30 +173,43 @@ def flattenings(mesh: Mesh, boundary: Ints, positions: Floats) -> Iterator[Flatt
     """Maps of the mesh into the plane with its boundary at the positions, most faithful first.
 
     The harmonic map by cotangent weights (eq. 1-5), which may fold triangles over; then mean value
-    and uniform weights, which in exact arithmetic never do; then springs softened step by step
-    where the map compresses, for long shapes that others crowd beyond the resolution of floats.
+    and uniform weights, which in exact arithmetic never do; then weights that pull outward, for
+    long shapes whose far end the others crowd beyond the resolution of floats.
     """
     yield _solve(mesh, boundary, positions, cotangent_matrix(mesh), "cotangent")
     yield _solve(mesh, boundary, positions, mean_value_matrix(mesh), "mean value", symmetric=False)
-    stiffness = np.ones(len(mesh.topology.edges))
-    flat = _solve(mesh, boundary, positions, spring_matrix(mesh, stiffness), "uniform")
-    yield flat
-    for _ in range(BALANCING_STEPS):
-        stiffness = stiffness * _compression(mesh, flat.positions)
-        stiffness /= stiffness.max()
-        flat = _solve(mesh, boundary, positions, spring_matrix(mesh, stiffness), "balanced")
-        yield flat
+    ones = np.ones(len(mesh.topology.edges))
+    yield _solve(mesh, boundary, positions, edge_matrix(mesh, ones, ones), "uniform")
+    for inward in INWARD:
+        weights = edge_matrix(mesh, *_outward(mesh, boundary, inward))
+        yield _solve(mesh, boundary, positions, weights, "outward", symmetric=False)
 
 
-def _compression(mesh: Mesh, positions: Floats) -> Floats:
-    """Length of each edge in the plane by its length in space, roughly, bounded away from 0."""
+def _outward(mesh: Mesh, boundary: Ints, inward: float) -> tuple[Floats, Floats]:
+    """Weights of each edge, seen from its start and from its end: 1 towards the boundary,
+    ``inward`` away from it, and hardly any between vertices equally far (in edges) from it, since
+    these pull the rings of a long tube together."""
     start, end = mesh.topology.edges.T
-    flat = np.linalg.norm(positions[end] - positions[start], axis=1)
-    long = np.linalg.norm(mesh.vertices[end] - mesh.vertices[start], axis=1)
-    flat, long = (np.maximum(x, 1e-12 * x.max()) for x in (flat, long))
-    ratio = flat / long
-    compression: Floats = np.sqrt(ratio / ratio.max())
-    return compression
+    rings = _rings(mesh, boundary)
+    rise = rings[end] - rings[start]
+    level = 1 / (rings.max() + 1.0) ** 2
+    forward = np.select([rise < 0, rise > 0], [1.0, inward], level)
+    backward = np.select([rise > 0, rise < 0], [1.0, inward], level)
+    return forward, backward
+
+
+def _rings(mesh: Mesh, boundary: Ints) -> NDArray[np.int64]:
+    """Number of edges from each vertex to the boundary."""
+    start, end = mesh.topology.edges.T
+    rings = np.full(len(mesh.vertices), len(mesh.vertices))
+    rings[boundary] = 0
+    ring = 0
+    while (rings == ring).any():
+        for near, far in ((start, end), (end, start)):
+            reached = far[rings[near] == ring]
+            rings[reached] = np.minimum(rings[reached], ring + 1)
+        ring += 1
+    return rings
 
 
 def _solve(

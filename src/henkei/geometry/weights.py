@@ -73,10 +73,11 @@ def mean_value_matrix(mesh: Mesh) -> csr_array[np.float64]:
     )
 
 
-def spring_matrix(mesh: Mesh, stiffness: Floats) -> csr_array[np.float64]:
-    """Symmetric matrix with one weight per edge of ``mesh.topology.edges``."""
+def edge_matrix(mesh: Mesh, forward: Floats, backward: Floats) -> csr_array[np.float64]:
+    """Matrix of given weights of ``mesh.topology.edges``: ``forward`` is that of an edge's end seen
+    from its start, ``backward`` that of its start seen from its end."""
     start, end = mesh.topology.edges.T
-    return _matrix(mesh, [start, end], [end, start], [stiffness, stiffness])
+    return _matrix(mesh, [start, end], [end, start], [forward, backward])
 
 
 def _matrix(
