@@ -103,6 +103,14 @@ def test_a_long_tube_closed_at_its_far_end():
     assert c.quality.weights_a == "outward"
 
 
+@pytest.mark.parametrize("turn", [0, 1, 5])
+def test_long_tubes_over_each_other_turned(turn):
+    """Vertices that should coincide are kept apart by rounding, in a crowd."""
+    tube = closed_tube(around=12, along=60, radius=1.0, length=30.0)
+    c = hk.combine(tube, tube, [(v, (v + turn) % 12) for v in range(12)])
+    assert_combined(tube, tube, c)
+
+
 def closed_tube(around: int, along: int, radius: float, length: float) -> hk.Mesh:
     turn = 2 * np.pi * np.arange(around) / around
     ring = np.stack([np.cos(turn), np.sin(turn)], axis=1) * radius

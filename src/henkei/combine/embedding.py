@@ -19,10 +19,13 @@ from henkei.geometry.disk import (
     split_chords,
 )
 from henkei.mesh import Floats, Mesh
+from henkei.progress import Progress
 from henkei.topology import Ints
 
 COINCIDENT = 1e-11  # of a side: boundary vertices of a and b nearer than this become one
-RESOLUTIONS = (30, 41, 52)  # bits; a coarser grid unites what only rounding errors keep apart
+# Bits: a coarser grid unites what only rounding errors keep apart, so the coarsest one that serves
+# is taken. Floats have no more than 52 bits below 1.
+RESOLUTIONS = (30, 34, 38, 42, 46, 50, 52)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,18 +113,29 @@ def _merged(
             j += 1
 
 
-def common_plane(a: Side, b: Side) -> CommonPlane:
+def common_planes(a: Side, b: Side, progress: Progress) -> Iterator[CommonPlane]:
     """Flatten both surfaces into the common polygon and round them to one grid, injectively.
+
+    The first attempt is the most faithful; the second spreads what it crowds.
 
     Raises
     ------
     Infeasible : no weights and no resolution keep all triangles of a surface upright.
     """
     polygon = common_polygon(a, b)
-    flat_a, bits_a = _injective(a, polygon, 0)
-    flat_b, bits_b = _injective(b, polygon, 1)
+    for spread in (False, True):
+        progress("flattening a", 0.0)
+        flat_a, bits_a = _injective(a, polygon, 0, spread)
+        progress("flattening b", 0.5)
+        flat_b, bits_b = _injective(b, polygon, 1, spread)
+        yield _on_one_grid(a, b, polygon, flat_a, flat_b, max(bits_a, bits_b))
+
+
+def _on_one_grid(
+    a: Side, b: Side, polygon: Polygon, flat_a: Flattening, flat_b: Flattening, least: int
+) -> CommonPlane:
     for bits in RESOLUTIONS:
-        if bits >= max(bits_a, bits_b):
+        if bits >= least:
             points_a, points_b = _snap(flat_a.positions, bits), _snap(flat_b.positions, bits)
             folded_a = _folded(a, polygon, 0, points_a, bits)
             folded_b = _folded(b, polygon, 1, points_b, bits)
@@ -131,13 +145,13 @@ def common_plane(a: Side, b: Side) -> CommonPlane:
     raise no_flattening(side.refined.mesh, folded)
 
 
-def _injective(side: Side, polygon: Polygon, column: int) -> tuple[Flattening, int]:
+def _injective(side: Side, polygon: Polygon, column: int, spread: bool) -> tuple[Flattening, int]:
     """The first flattening, and the coarsest resolution, at which no triangle is turned over."""
     own = polygon.nodes[:, column] >= 0
     boundary = polygon.nodes[own, column]
     positions = polygon_points(polygon.parameter, polygon.sides)[own]
     folded: NDArray[np.integer] = np.empty(0, dtype=np.int32)
-    for flat in flattenings(side.refined.mesh, boundary, positions):
+    for flat in flattenings(side.refined.mesh, boundary, positions, spread):
         for bits in RESOLUTIONS:
             points = _snap(flat.positions, bits)
             folded = _folded(side, polygon, column, points, bits)

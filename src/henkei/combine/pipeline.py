@@ -12,14 +12,15 @@ import numpy as np
 
 from henkei._kernels import not_positive
 from henkei.combine.boundary import SNAP, Pairs, corresponding_vertices
-from henkei.combine.carry import carried
+from henkei.combine.carry import CHUNK, carried
 from henkei.combine.combined import CombinedMesh, CombineQuality
-from henkei.combine.embedding import CommonPlane, Side, common_plane
+from henkei.combine.embedding import CommonPlane, Side, common_planes
 from henkei.combine.overlay import Overlay, overlay
 from henkei.combine.surfaces import Disk
+from henkei.errors import Infeasible
 from henkei.geometry.correspondence import Correspondence, SurfacePoints
 from henkei.mesh import Attributes, Floats, Mesh
-from henkei.progress import Progress, silent
+from henkei.progress import Progress, part, silent
 from henkei.topology import Ints
 
 
@@ -57,7 +58,7 @@ def combine(
     ------
     InvalidMesh : (its kinds) a surface is not such a disk; the message says which, where and why.
     InvalidInput : the pairs cannot be used.
-    Infeasible : a surface cannot be flattened without turning triangles over at any resolution.
+    Infeasible : a surface cannot be flattened without turning triangles over, at any resolution.
     """
     progress("checking the surfaces", 0.0)
     disk_a = Disk.of("a", a, fill_holes, outer[0])
@@ -66,10 +67,8 @@ def combine(
     corners = corresponding_vertices(disk_a.boundary, disk_b.boundary, pairs, snap)  # 2: CVPs
     side_a = _side(disk_a.closed, disk_a.from_input(corners[:, 0]))  # 3.1: boundary map
     side_b = _side(disk_b.closed, disk_b.from_input(corners[:, 1]))
-    progress("flattening both", 0.2)
-    plane = common_plane(side_a, side_b)  # 3.2: F -> H, on integers as in 4.6
-    progress("overlaying", 0.6)
-    common = overlay(side_a, side_b, plane)  # 4.1 to 4.4: H -> Hc
+    # 3.2: F -> H, on integers as in 4.6; 4.1 to 4.4: H -> Hc
+    plane, common = _upright_overlay(side_a, side_b, progress)
     progress("placing the vertices", 0.8)
     vertices_a = positions(disk_a.closed, common.on_a)  # 4.5, eq. 7: Hc -> Fc
     vertices_b = positions(disk_b.closed, common.on_b)
@@ -104,6 +103,21 @@ def combine(
     )
 
 
+def _upright_overlay(a: Side, b: Side, progress: Progress) -> tuple[CommonPlane, Overlay]:
+    """The overlay, exact in any case, of the first flattenings in which its crossings, rounded to
+    the grid of ``plane_vertices``, turn no triangle over."""
+    for plane in common_planes(a, b, part(progress, 0.2, 0.6)):
+        progress("overlaying", 0.6)
+        common = overlay(a, b, plane)
+        if not len(not_positive(common.plane_vertices, common.faces)):
+            return plane, common
+    raise Infeasible(
+        "the two surfaces crowd so many vertices into one place of the common plane that their "
+        "crossings cannot be told apart; remesh the longer one more coarsely, or cut it open "
+        "closer to its middle"
+    )
+
+
 def _side(disk: Mesh, corners: Ints) -> Side:
     """Turn the boundary loop so that it starts at the first corner."""
     loop = disk.topology.boundary_loops[0]
@@ -114,7 +128,10 @@ def _side(disk: Mesh, corners: Ints) -> Side:
 
 def positions(mesh: Mesh, on: SurfacePoints) -> Floats:
     """Points (n, 3) in space of places on a mesh."""
-    points: Floats = np.einsum("nk,nki->ni", on.barycentric, mesh.vertices[mesh.faces[on.face]])
+    points = np.zeros((len(on), 3))
+    for corner in range(3):
+        at = mesh.vertices[mesh.faces[on.face, corner]]
+        points += on.barycentric[:, corner, None] * at
     return points
 
 
@@ -124,7 +141,7 @@ def _quality(
     counts = len(common.plane_vertices), len(common.edges), len(common.faces)
     owned = (common.vertex_of_a, common.vertex_of_b)
     areas = [
-        _relative(abs(Mesh(v, common.faces).face_areas.sum() - area), area)
+        _relative(abs(_area(v, common.faces) - area), area)
         for v, area in zip(vertices, (d.closed.face_areas.sum() for d in disks), strict=True)
     ]
     moved = [
@@ -164,3 +181,12 @@ def _quality(
 
 def _relative(value: float, whole: float) -> float:
     return float(value / whole) if whole > 0 else 0.0
+
+
+def _area(vertices: Floats, faces: Ints) -> float:
+    """Total area, in pieces that fit the cache."""
+    total = 0.0
+    for start in range(0, len(faces), CHUNK):
+        p, q, r = (vertices[faces[start : start + CHUNK, corner]] for corner in range(3))
+        total += float(np.linalg.norm(np.cross(q - p, r - p), axis=1).sum()) / 2
+    return total

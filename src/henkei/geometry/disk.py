@@ -169,17 +169,22 @@ class Flattening:
     backend: str
 
 
-def flattenings(mesh: Mesh, boundary: Ints, positions: Floats) -> Iterator[Flattening]:
+def flattenings(
+    mesh: Mesh, boundary: Ints, positions: Floats, spread: bool = False
+) -> Iterator[Flattening]:
     """Maps of the mesh into the plane with its boundary at the positions, most faithful first.
 
     The harmonic map by cotangent weights (eq. 1-5), which may fold triangles over; then mean value
     and uniform weights, which in exact arithmetic never do; then weights that pull outward, for
-    long shapes whose far end the others crowd beyond the resolution of floats.
+    long shapes whose far end the others crowd beyond the resolution of floats; only these if the
+    surface is to be ``spread``.
     """
-    yield _solve(mesh, boundary, positions, cotangent_matrix(mesh), "cotangent")
-    yield _solve(mesh, boundary, positions, mean_value_matrix(mesh), "mean value", symmetric=False)
-    ones = np.ones(len(mesh.topology.edges))
-    yield _solve(mesh, boundary, positions, edge_matrix(mesh, ones, ones), "uniform")
+    if not spread:
+        cotangent, mean_value = cotangent_matrix(mesh), mean_value_matrix(mesh)
+        ones = np.ones(len(mesh.topology.edges))
+        yield _solve(mesh, boundary, positions, cotangent, "cotangent")
+        yield _solve(mesh, boundary, positions, mean_value, "mean value", symmetric=False)
+        yield _solve(mesh, boundary, positions, edge_matrix(mesh, ones, ones), "uniform")
     for inward in INWARD:
         weights = edge_matrix(mesh, *_outward(mesh, boundary, inward))
         yield _solve(mesh, boundary, positions, weights, "outward", symmetric=False)
