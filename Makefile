@@ -2,6 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+CPP := $(wildcard src/henkei/_kernels/*.[ch]pp)
 KERNELS := CMakeLists.txt pyproject.toml $(wildcard src/henkei/_kernels/*)
 
 .PHONY: demo test check format bench clean
@@ -17,10 +18,12 @@ check: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/clang-format --dry-run --Werror $(CPP)
 
 format: $(VENV)/.dev
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+	$(BIN)/clang-format -i $(CPP)
 
 bench: $(VENV)/.peers
 	$(BIN)/python -m bench

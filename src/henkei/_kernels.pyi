@@ -9,7 +9,6 @@ Ints = NDArray[np.int32]
 
 def half_edge_twins(origin: Ints, target: Ints, vertices: int) -> Ints: ...
 def self_intersections(vertices: NDArray[np.float64], faces: Ints, limit: int) -> Ints: ...
-
 def overlay(
     points_a: NDArray[np.int64],
     faces_a: Ints,

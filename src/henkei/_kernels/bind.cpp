@@ -48,7 +48,8 @@ const PlanePoint* plane_points(const Points& points) {
     return reinterpret_cast<const PlanePoint*>(points.data());
 }
 
-Triangulation triangulation(const Points& points, const Faces& faces, const In<int32_t, -1>& twins) {
+Triangulation triangulation(const Points& points, const Faces& faces,
+                            const In<int32_t, -1>& twins) {
     return {plane_points(points), faces.data(), twins.data(), int64_t(points.shape(0)),
             int64_t(faces.shape(0))};
 }

@@ -36,9 +36,13 @@ struct HugePages {
     void deallocate(T* memory, size_t) { std::free(memory); }
 
     template <class U>
-    bool operator==(const HugePages<U>&) const { return true; }
+    bool operator==(const HugePages<U>&) const {
+        return true;
+    }
     template <class U>
-    bool operator!=(const HugePages<U>&) const { return false; }
+    bool operator!=(const HugePages<U>&) const {
+        return false;
+    }
 };
 
 template <class T>

@@ -1,14 +1,15 @@
 // The overlay (common subdivision) of two triangulations of one polygon.
 //
-// T. Kanai, H. Suzuki, F. Kimura: A method of combining two arbitrary triangular meshes homeomorphic
-// to a disk (1999), Section 4. Edges of each mesh are walked through the faces of the other (4.1,
-// Fig. 3), starting from the boundary, which both share; so crossings come sorted along the edges of
-// both meshes (4.2, Fig. 6). Edge cycles around the nodes (4.3, Fig. 8) give the faces (4.4, Fig. 9).
+// T. Kanai, H. Suzuki, F. Kimura: A method of combining two arbitrary triangular meshes
+// homeomorphic to a disk (1999), Section 4. Edges of each mesh are walked through the faces of the
+// other (4.1, Fig. 3), starting from the boundary, which both share; so crossings come sorted along
+// the edges of both meshes (4.2, Fig. 6). Edge cycles around the nodes (4.3, Fig. 8) give the faces
+// (4.4, Fig. 9).
 //
 // Only the left-side test (eq. 6) decides, on integers, exactly. Where the paper breaks ties by
 // symbolic perturbation (4.6), a tie is here what it is: an edge may pass through a vertex of the
-// other mesh or run along one of its edges. So coincident vertices and edges are one from the start,
-// no face without area exists, and the result does not depend on the order of the vertices.
+// other mesh or run along one of its edges. So coincident vertices and edges are one from the
+// start, no face without area exists, and the result does not depend on the order of the vertices.
 //
 // Every face is the intersection of two triangles, and its corners are strictly convex: a vertex
 // within another mesh's edge has an edge of its own on either side. Any fan triangulates it.
@@ -20,6 +21,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "barycentric.hpp"
 #include "walk.hpp"
 
 namespace henkei {
@@ -30,8 +32,13 @@ class Subdivision {
   public:
     Subdivision(const SortedMesh& a, const SortedMesh& b, const Trace& ta, const Trace& tb,
                 const Array<int32_t>& boundary, int shift)
-        : a(a), b(b), ta(ta), tb(tb), boundary(boundary.data()),
-          boundary_count(int64_t(boundary.size() / 2)), shift(shift) {}
+        : a(a),
+          b(b),
+          ta(ta),
+          tb(tb),
+          boundary(boundary.data()),
+          boundary_count(int64_t(boundary.size() / 2)),
+          shift(shift) {}
 
     OverlayResult run() {
         number_nodes();
@@ -101,8 +108,10 @@ class Subdivision {
         for (int32_t name = 0; name < b.vertex_count; ++name) {
             const int32_t w = b.vertex_number[name];
             const Place place = tb.places[w];
-            if (place.kind == Place::kUnknown) throw std::logic_error("overlay: a vertex not reached");
-            node_of_b[w] = place.kind == Place::kVertex ? node_of_a(place.id) : int32_t(node_count++);
+            if (place.kind == Place::kUnknown)
+                throw std::logic_error("overlay: a vertex not reached");
+            node_of_b[w] =
+                place.kind == Place::kVertex ? node_of_a(place.id) : int32_t(node_count++);
             result.node_of_b[name] = node_of_b[w];
         }
         first_crossing = node_count;
@@ -132,8 +141,7 @@ class Subdivision {
             const int32_t* pair = boundary + 2 * (i % boundary_count);
             if (pair[0] >= 0) of_a = a.leaving(pair[0]);
             if (pair[1] >= 0) of_b = b.leaving(pair[1]);
-            if (i >= boundary_count)
-                add_edge(boundary_node(i), boundary_node(i + 1), ~of_a, ~of_b);
+            if (i >= boundary_count) add_edge(boundary_node(i), boundary_node(i + 1), ~of_a, ~of_b);
         }
     }
 
@@ -154,8 +162,10 @@ class Subdivision {
                                               : node_of_b[~hit];
                 const int32_t edge = add_edge(node, to, ~h, lane);
                 if (lane < 0) meetings.push_back({b.edge(~lane), h, edge});
-                if (last < 0) leaving_a[h] = edge;
-                else join(node, last, edge);
+                if (last < 0)
+                    leaving_a[h] = edge;
+                else
+                    join(node, last, edge);
                 if (hit >= 0 && !final) {
                     meetings.push_back({b.edge(hit), h, crossings});
                     crossing[crossings++] = {h, hit};
@@ -216,8 +226,10 @@ class Subdivision {
                 } else {
                     edge = add_edge(node, to, lane, ~g);
                 }
-                if (last < 0) leaving_b[g] = edge;
-                else if (node < first_crossing) passing[node] = {last, edge};
+                if (last < 0)
+                    leaving_b[g] = edge;
+                else if (node < first_crossing)
+                    passing[node] = {last, edge};
                 else {
                     cycles[node - first_crossing][to_left ? 1 : 3] = edge;
                     cycles[node - first_crossing][to_left ? 3 : 1] = last ^ 1;
@@ -287,7 +299,8 @@ class Subdivision {
             if (place.kind == Place::kVertex) gather(other, place.id, leaving_other);
             if (place.kind == Place::kEdge) {
                 const int32_t node = with_shared ? node_of_a(v) : node_of_b[v];
-                const int32_t along = edge_under(passing[node][1], with_shared ? b : a, with_shared);
+                const int32_t along =
+                    edge_under(passing[node][1], with_shared ? b : a, with_shared);
                 spokes.push_back({passing[node][1], other.to(along)});
                 spokes.push_back({passing[node][0] ^ 1, other.from(along)});
             }
@@ -319,41 +332,6 @@ class Subdivision {
     PlanePoint boundary_point(int64_t i) const {
         const int32_t* pair = boundary + 2 * (i % boundary_count);
         return pair[0] >= 0 ? a.point(pair[0]) : b.point(pair[1]);
-    }
-
-    // Weights of a place on a mesh (4.5, eq. 7).
-    static void weigh(const SortedMesh& mesh, Place place, PlanePoint p, int32_t* face, double* bary) {
-        bary[0] = bary[1] = bary[2] = 0;
-        if (place.kind == Place::kVertex) {
-            const int32_t h = mesh.leaving(place.id);
-            *face = mesh.face_name[h / 3];
-            bary[h % 3] = 1;
-        } else if (place.kind == Place::kEdge) {
-            const PlanePoint from = mesh.from(place.id), to = mesh.to(place.id);
-            const double along = double(Wide(p.x - from.x) * (to.x - from.x) +
-                                        Wide(p.y - from.y) * (to.y - from.y)) /
-                                 double(Wide(to.x - from.x) * (to.x - from.x) +
-                                        Wide(to.y - from.y) * (to.y - from.y));
-            weigh_edge(mesh, place.id, along, face, bary);
-        } else {
-            *face = mesh.face_name[place.id];
-            const int32_t h = 3 * place.id;
-            const Wide whole = area(mesh.from(h), mesh.to(h), mesh.from(h + 2));
-            for (int i = 0; i < 3; ++i) {
-                const Wide part = area(mesh.from(next(h + i)), mesh.from(prev(h + i)), p);
-                bary[i] = std::max(0.0, double(part) / double(whole));
-            }
-            const double sum = bary[0] + bary[1] + bary[2];
-            for (int i = 0; i < 3; ++i) bary[i] /= sum;
-        }
-    }
-
-    static void weigh_edge(const SortedMesh& mesh, int32_t h, double along, int32_t* face,
-                           double* bary) {
-        *face = mesh.face_name[h / 3];
-        bary[0] = bary[1] = bary[2] = 0;
-        bary[h % 3] = 1 - along;
-        bary[next(h) % 3] = along;
     }
 
     void place_nodes() {
@@ -425,8 +403,10 @@ class Subdivision {
         if (count < 3) throw std::logic_error("overlay: a face with two corners");
         const int best = count > 3 ? fan_apex(corners, count) : 0;
         for (int i = 1; i + 1 < count; ++i) {
-            const int32_t second = corners[(best + i) % count], third = corners[(best + i + 1) % count];
-            for (const int32_t corner : {corners[best], second, third}) result.faces.push_back(corner);
+            const int32_t second = corners[(best + i) % count],
+                          third = corners[(best + i + 1) % count];
+            for (const int32_t corner : {corners[best], second, third})
+                result.faces.push_back(corner);
             result.face_a.push_back(a.face_name[of_a]);
             result.face_b.push_back(b.face_name[of_b]);
             if (i == 1) continue;
@@ -477,8 +457,7 @@ OverlayResult overlay(const Triangulation& a, const Triangulation& b, const int3
     return Subdivision(mesh_a, mesh_b, through_b, through_a, nodes, shift).run();
 }
 
-Array<int32_t> not_positive(const PlanePoint* points, const int32_t* triangles,
-                                  int64_t count) {
+Array<int32_t> not_positive(const PlanePoint* points, const int32_t* triangles, int64_t count) {
     Array<int32_t> bad;
     for (int64_t f = 0; f < count; ++f) {
         const int32_t* t = triangles + 3 * f;

@@ -8,9 +8,9 @@
 namespace henkei {
 
 struct OverlayResult {
-    Array<int32_t> faces;            // (m, 3)
-    Array<int32_t> face_a, face_b;   // (m,) face of a and of b that holds each face
-    Array<int32_t> node_of_b;        // (vertices of b,); a's vertices are the first nodes
+    Array<int32_t> faces;                 // (m, 3)
+    Array<int32_t> face_a, face_b;        // (m,) face of a and of b that holds each face
+    Array<int32_t> node_of_b;             // (vertices of b,); a's vertices are the first nodes
     Array<int32_t> on_face_a, on_face_b;  // (n,) a face of a and of b that holds each node
     Array<double> bary_a, bary_b;         // (n, 3) barycentric coordinates there
     Array<int64_t> plane;                 // (n, 2), in units of 2^-shift of the input's
@@ -19,8 +19,8 @@ struct OverlayResult {
     int64_t crossings = 0;
 };
 
-// `boundary` lists the nodes of the common boundary, counter-clockwise, as pairs (vertex of a or -1,
-// vertex of b or -1); `shift` is the number of extra bits in which crossings are rounded.
+// `boundary` lists the nodes of the common boundary, counter-clockwise, as pairs (vertex of a or
+// -1, vertex of b or -1); `shift` is the number of extra bits in which crossings are rounded.
 OverlayResult overlay(const Triangulation& a, const Triangulation& b, const int32_t* boundary,
                       int64_t boundary_count, int shift);
 

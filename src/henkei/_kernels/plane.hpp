@@ -13,7 +13,9 @@ struct PlanePoint {
     int64_t x, y;  // at most 2^61 in absolute value, so that `area` stays within 126 bits
 };
 
-inline int sign(Wide value) { return (value > 0) - (value < 0); }
+inline int sign(Wide value) {
+    return (value > 0) - (value < 0);
+}
 
 // Twice the signed area of the triangle p, q, r: positive if r lies left of the line from p to q.
 inline Wide area(PlanePoint p, PlanePoint q, PlanePoint r) {
@@ -21,7 +23,9 @@ inline Wide area(PlanePoint p, PlanePoint q, PlanePoint r) {
 }
 
 // The left-side test (eq. 6): 1 left, -1 right, 0 on the line from p to q.
-inline int left(PlanePoint p, PlanePoint q, PlanePoint r) { return sign(area(p, q, r)); }
+inline int left(PlanePoint p, PlanePoint q, PlanePoint r) {
+    return sign(area(p, q, r));
+}
 
 // For three points on one line: 1 if q lies strictly between p and r, 0 if it coincides with one of
 // them, -1 otherwise.

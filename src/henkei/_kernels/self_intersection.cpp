@@ -69,7 +69,9 @@ constexpr double kEpsilon = 0x1p-53;
 constexpr double kBound2 = (3 + 16 * kEpsilon) * kEpsilon;  // Shewchuk's ccwerrboundA
 constexpr double kBound3 = (7 + 56 * kEpsilon) * kEpsilon;  // Shewchuk's o3derrboundA
 
-int sign_of(double x) { return x > 0 ? 1 : (x < 0 ? -1 : 0); }
+int sign_of(double x) {
+    return x > 0 ? 1 : (x < 0 ? -1 : 0);
+}
 
 // Sign of the area of abc as seen along an axis.
 int orient2d(const Point& a, const Point& b, const Point& c, int axis) {
@@ -121,7 +123,9 @@ int flattening_axis(const Triangle& t) {
     return -1;
 }
 
-bool all_on_one_side(int s0, int s1, int s2) { return s0 != 0 && s0 == s1 && s0 == s2; }
+bool all_on_one_side(int s0, int s1, int s2) {
+    return s0 != 0 && s0 == s1 && s0 == s2;
+}
 
 // Whether the segment pq and the triangle, all in one plane, meet: no side of either parts them.
 bool meet_in_plane(const Point& p, const Point& q, const Triangle& t, int axis) {

@@ -19,8 +19,12 @@ struct Triangulation {
     int64_t vertex_count, face_count;
 };
 
-inline int32_t next(int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
-inline int32_t prev(int32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+inline int32_t next(int32_t h) {
+    return h % 3 == 2 ? h - 2 : h + 1;
+}
+inline int32_t prev(int32_t h) {
+    return h % 3 == 0 ? h + 2 : h - 1;
+}
 
 class SortedMesh {
   public:

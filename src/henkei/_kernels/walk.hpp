@@ -126,7 +126,8 @@ class Walk {
             }
             return false;
         });
-        if (!found) throw std::logic_error("overlay: an edge leaves the common polygon at a vertex");
+        if (!found)
+            throw std::logic_error("overlay: an edge leaves the common polygon at a vertex");
     }
 
     // From a point within an edge of the other mesh, on which the edge being walked starts.
@@ -189,7 +190,8 @@ class Walk {
     // An edge that ends within a boundary edge of this face ends here: points on the boundary are
     // rounded, so that no left-side test could tell.
     bool ends_on_boundary_of(int32_t face) {
-        const bool ends = goal.kind == Place::kEdge && other.twin(goal.id) < 0 && goal.id / 3 == face;
+        const bool ends =
+            goal.kind == Place::kEdge && other.twin(goal.id) < 0 && goal.id / 3 == face;
         if (ends) end(goal.kind, goal.id);
         return ends;
     }
