@@ -86,7 +86,6 @@ class Subdivision {
     Array<std::array<int32_t, 2>> passing;
     // Around a crossing, counter-clockwise: a forward, b to a's left, a backward, b to a's right.
     Array<std::array<int32_t, 4>> cycles;
-    Array<std::array<int32_t, 2>> crossing;  // half-edges of a and of b that cross there
 
     // Where an edge of a crosses an edge of b, or runs along it; listed per edge of b.
     struct Meeting {
@@ -122,7 +121,6 @@ class Subdivision {
         node_count += result.crossings;
         passing.assign(first_crossing, {-1, -1});
         cycles.resize(result.crossings);
-        crossing.resize(result.crossings);
         leaving_a.assign(3 * a.face_count, -1);
         leaving_b.assign(3 * b.face_count, -1);
         edges.reserve(boundary_count + ta.lanes.size() + tb.lanes.size());
@@ -168,7 +166,7 @@ class Subdivision {
                     join(node, last, edge);
                 if (hit >= 0 && !final) {
                     meetings.push_back({b.edge(hit), h, crossings});
-                    crossing[crossings++] = {h, hit};
+                    ++crossings;
                 }
                 node = to;
                 last = edge;
@@ -356,7 +354,7 @@ class Subdivision {
 
     void place_crossing(int64_t c) {
         const int64_t n = first_crossing + c;
-        const int32_t h = crossing[c][0], g = crossing[c][1];
+        const int32_t h = ~edges[cycles[c][0] / 2].in_a, g = ~edges[cycles[c][1] / 2].in_b;
         const PlanePoint p = a.from(h), q = a.to(h), r = b.from(g), s = b.to(g);
         const Wide p_side = area(r, s, p), q_side = area(r, s, q);
         const Wide r_side = area(p, q, r), s_side = area(p, q, s);

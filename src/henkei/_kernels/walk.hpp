@@ -35,6 +35,11 @@ class Walk {
     // `boundary`: pairs of a vertex of the first and of the second mesh, or -1; see overlay.hpp.
     Walk(const SortedMesh& own, const SortedMesh& other, const Array<int32_t>& boundary, int column)
         : own(own), other(other) {
+        const size_t edges = own.face_count + (own.face_count + 1) / 2;
+        trace.walked.reserve(edges);
+        trace.start.reserve(edges + 1);
+        trace.hits.reserve(4 * own.face_count);  // touched only as it fills
+        trace.lanes.reserve(6 * own.face_count);
         place_boundary(boundary, column);
     }
 

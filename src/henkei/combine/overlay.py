@@ -59,8 +59,8 @@ def overlay(a: Side, b: Side, plane: CommonPlane) -> Overlay:
     count_a, count_b = (len(s.refined.mesh.vertices) for s in (a, b))
     return Overlay(
         faces=raw["faces"],
-        face_on_a=a.refined.face[raw["face_a"]],
-        face_on_b=b.refined.face[raw["face_b"]],
+        face_on_a=_face_on_parent(a.refined, raw["face_a"]),
+        face_on_b=_face_on_parent(b.refined, raw["face_b"]),
         on_a=_on_parent(a.refined, raw["on_face_a"], raw["barycentric_a"]),
         on_b=_on_parent(b.refined, raw["on_face_b"], raw["barycentric_b"]),
         vertex_of_a=np.arange(count_a, dtype=np.int32),
@@ -79,8 +79,13 @@ def _on_parent(refined: Refined, face: Ints, barycentric: NDArray[np.float64]) -
     split = np.flatnonzero(face >= refined.whole)
     corners = refined.barycentric[face[split] - refined.whole]
     barycentric[split] = np.einsum("nk,nkj->nj", barycentric[split], corners)
-    return SurfacePoints(refined.face[face], barycentric)
+    return SurfacePoints(_face_on_parent(refined, face), barycentric)
+
+
+def _face_on_parent(refined: Refined, face: Ints) -> Ints:
+    unsplit = refined.whole == refined.mesh.face_count
+    return face if unsplit else refined.face[face]
 
 
 def _edge_on_parent(refined: Refined, half_edge: Ints) -> Ints:
-    return np.where(half_edge >= 0, refined.edge[np.maximum(half_edge, 0)], -1).astype(np.int32)
+    return np.append(refined.edge, np.int32(-1))[half_edge]  # -1 stays -1
