@@ -74,3 +74,14 @@ def assert_edges_are_chains(mesh, vertices, edges, edge_on, own) -> None:
     edge, node = np.divmod(keys[counts == 1], len(vertices))
     assert np.array_equal(edge, np.repeat(np.arange(len(ends)), 2))
     assert np.array_equal(np.sort(node.reshape(-1, 2), axis=1), np.sort(own[ends], axis=1))
+
+
+def assert_disk(mesh: hk.Mesh) -> None:
+    topology = mesh.topology
+    assert topology.is_manifold
+    assert len(topology.misoriented_edges) == 0
+    assert len(topology.unused_vertices) == 0
+    assert topology.component_count == 1
+    assert len(topology.boundary_loops) == 1
+    assert topology.euler_characteristic == 1
+    assert mesh.face_areas.min() > 0

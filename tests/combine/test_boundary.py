@@ -33,7 +33,10 @@ def test_pairs_may_come_in_any_order():
         ([(LOOP[0], LOOP[0]), (LOOP[4], LOOP[4])], "2 pairs.*at least 3"),
         ([(LOOP[0], LOOP[0]), (LOOP[4], LOOP[4]), (10**6, LOOP[8])], "1000000 of a, which has"),
         ([(LOOP[0], LOOP[0]), (LOOP[4], LOOP[4]), (LOOP[8], -1)], "-1 of b, which has"),
-        ([(LOOP[0], LOOP[0]), (LOOP[4], LOOP[4]), (LOOP[4], LOOP[8])], "a are in more than one"),
+        (
+            [(LOOP[0], LOOP[0]), (LOOP[4], LOOP[4]), (LOOP[4], LOOP[8])],
+            "of a are more than once in the pairs",
+        ),
         (
             [(LOOP[0], LOOP[0]), (LOOP[4], LOOP[8]), (LOOP[8], LOOP[4]), (LOOP[12], LOOP[12])],
             "crossing order",

@@ -10,19 +10,9 @@ from hypothesis import strategies as st
 from henkei.errors import InvalidInput
 from henkei.mesh import Mesh
 from henkei.shapes import grid, hemisphere, random_disk
+from invariants import assert_disk
 
 cells = st.integers(1, 9)
-
-
-def assert_disk(mesh: Mesh) -> None:
-    topology = mesh.topology
-    assert topology.is_manifold
-    assert len(topology.misoriented_edges) == 0
-    assert len(topology.unused_vertices) == 0
-    assert topology.component_count == 1
-    assert len(topology.boundary_loops) == 1
-    assert topology.euler_characteristic == 1
-    assert mesh.face_areas.min() > 0
 
 
 def signed_areas(mesh: Mesh) -> np.ndarray:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from test_disks import assert_disk
 
 from henkei.errors import InvalidInput
 from henkei.mesh import Mesh
-from henkei.shapes import head, head_landmarks, heads
+from henkei.shapes import head, head_features, head_landmarks, heads
+from invariants import assert_disk
 
 KINDS = ("woman", "goblin")
 
@@ -137,6 +137,18 @@ def test_landmarks_mean_the_same_on_every_kind(kind: str) -> None:
     wanted = np.radians(45 * np.arange(8))
     away = np.arctan2(x, z) - wanted
     assert np.abs(np.arctan2(np.sin(away), np.cos(away))).max() < np.radians(6)
+
+
+def test_features_are_inside_and_in_pairs(kind: str) -> None:
+    mesh, features = head(kind), head_features(kind)
+    assert len(set(features.tolist())) == len(features) == 25
+    assert not set(features.tolist()) & set(mesh.topology.boundary_loops[0].tolist())
+    x, y, z = mesh.vertices[features].T
+    tip, chin = 0, list(range(25))[np.argmin(y)]
+    assert z[tip] == pytest.approx(mesh.vertices[:, 2].max(), abs=0.5)
+    assert abs(x[tip]) < 0.3
+    assert abs(x[chin]) < 0.3
+    assert sorted(np.sign(np.round(x, 0)).tolist()).count(-1) == 10
 
 
 @pytest.mark.parametrize(("kind", "resolution"), [("troll", 1.0), ("woman", 0.1), ("woman", 9.0)])

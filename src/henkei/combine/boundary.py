@@ -1,4 +1,5 @@
-"""Corresponding vertex pairs on the two boundaries (Section 2): given, snapped, or proposed."""
+"""Corresponding vertices: pairs on the two boundaries (Section 2), given, snapped or proposed; and
+landmarks inside."""
 
 from __future__ import annotations
 
@@ -8,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from henkei.errors import InvalidInput, some
 from henkei.mesh import Floats, Mesh
@@ -56,76 +58,122 @@ def corresponding_vertices(a: Boundary, b: Boundary, pairs: Pairs, snap: float =
         if pairs != "auto":
             raise InvalidInput(f'pairs must be "auto" or a list of pairs, not {pairs!r}')
         return proposed_pairs(a, b)
-    chosen = _as_vertices(a, b, pairs, snap)
+    chosen = _as_vertices("pairs", (a, b), (a.loop, b.loop), pairs, snap)
     if len(chosen) < 3:
         raise InvalidInput(
             f"{len(chosen)} pairs of corresponding boundary vertices were given, "
             "at least 3 are needed"
         )
-    _check_vertices(a, chosen[:, 0])
-    _check_vertices(b, chosen[:, 1])
+    for side, vertices in zip((a, b), chosen.T, strict=True):
+        _check_vertices("pairs", side, vertices)
+        _check_on_boundary(side, vertices)
     return _in_order(a, b, chosen)
 
 
-def _as_vertices(a: Boundary, b: Boundary, pairs: Any, snap: float) -> NDArray[np.integer]:
+def corresponding_landmarks(a: Boundary, b: Boundary, landmarks: Any, snap: float = SNAP) -> Ints:
+    """Landmarks inside the surfaces as vertices ``(k, 2)``.
+
+    ``landmarks`` are vertex indices ``(i, j)`` or 3-D points ``(p, q)`` that are snapped to the
+    nearest vertices.
+
+    Raises
+    ------
+    InvalidInput : a vertex that does not exist, is on the boundary or is used twice, or a point
+        farther than ``snap`` (fraction of the diagonal) from all vertices.
+    """
+    candidates = []
+    for side in (a, b):
+        inner = np.ones(len(side.mesh.vertices), dtype=bool)
+        inner[side.mesh.topology.unused_vertices] = False
+        inner[side.loop] = False
+        candidates.append(np.flatnonzero(inner))
+    kind = "landmarks"
+    chosen = _as_vertices(kind, (a, b), candidates, landmarks, snap)
+    for side, vertices, inside in zip((a, b), chosen.T, candidates, strict=True):
+        _check_vertices(kind, side, vertices)
+        border = vertices[~np.isin(vertices, inside)]
+        if len(border):
+            raise InvalidInput(
+                f"landmarks {some(border)} of {side.name} are not inside the surface; on the "
+                "boundary, give them among the pairs"
+            )
+    return chosen.astype(np.int32)
+
+
+def _as_vertices(
+    kind: str,
+    sides: tuple[Boundary, Boundary],
+    candidates: Sequence[NDArray[np.integer]],
+    given: Any,
+    snap: float,
+) -> NDArray[np.integer]:
+    """What was given, as vertices ``(k, 2)``: points are snapped to the nearest candidates."""
     try:
-        given = np.asarray(pairs)
+        table = np.asarray(given)
     except ValueError:
-        given = np.empty(0, dtype=object)
-    if given.dtype == object or not np.issubdtype(given.dtype, np.number):
+        table = np.empty(0, dtype=object)
+    if table.dtype == object or not np.issubdtype(table.dtype, np.number):
         raise InvalidInput(
-            "pairs must be all vertex indices, [[i, j], ...], or all points, [[[x, y, z], "
+            f"{kind} must be all vertex indices, [[i, j], ...], or all points, [[[x, y, z], "
             "[x, y, z]], ...]"
         )
-    if given.size == 0:
+    if table.size == 0:
         return np.empty((0, 2), dtype=np.int32)
-    if given.ndim == 2 and given.shape[1] == 2 and np.issubdtype(given.dtype, np.integer):
-        return given.astype(np.int64)
-    if given.ndim == 3 and given.shape[1:] == (2, 3):
-        points = given.astype(np.float64)
-        ends = [_nearest_on_boundary(side, points[:, i], snap) for i, side in enumerate((a, b))]
+    if table.ndim == 2 and table.shape[1] == 2 and np.issubdtype(table.dtype, np.integer):
+        return table.astype(np.int64)
+    if table.ndim == 3 and table.shape[1:] == (2, 3):
+        points = table.astype(np.float64)
+        ends = [
+            _nearest(kind, side, candidates[i], points[:, i], snap) for i, side in enumerate(sides)
+        ]
         return np.stack(ends, axis=1)
     raise InvalidInput(
-        f"pairs have shape {given.shape} and type {given.dtype}; "
+        f"{kind} have shape {table.shape} and type {table.dtype}; "
         "vertex indices (k, 2) or points (k, 2, 3) are needed"
     )
 
 
-def _nearest_on_boundary(side: Boundary, points: Floats, snap: float) -> Ints:
-    name, mesh, loop = side.name, side.mesh, side.loop
+def _nearest(
+    kind: str, side: Boundary, candidates: NDArray[np.integer], points: Floats, snap: float
+) -> NDArray[np.integer]:
     if not np.isfinite(points).all():
         bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-        raise InvalidInput(f"the points of pairs {some(bad)} on {name} are not finite")
-    away = np.linalg.norm(points[:, None] - side.points[None], axis=2)
-    far = np.flatnonzero(away.min(axis=1) > snap * mesh.diagonal)
+        raise InvalidInput(f"the points of {kind} {some(bad)} on {side.name} are not finite")
+    found: Any = KDTree(side.mesh.vertices[candidates]).query(points)
+    away, nearest = found
+    far = np.flatnonzero(away > snap * side.mesh.diagonal)
     if len(far):
-        worst = away.min(axis=1)[far[0]] / mesh.diagonal
+        where = "on the boundary" if kind == "pairs" else "near a vertex inside"
         raise InvalidInput(
-            f"the points of pairs {some(far)} are not on the boundary of {name}: the first is "
-            f"{worst:.2%} of the diagonal away from it, {snap:.2%} is allowed (snap)"
+            f"the points of {kind} {some(far)} are not {where} of {side.name}: the first is "
+            f"{away[far[0]] / side.mesh.diagonal:.2%} of the diagonal away from it, {snap:.2%} is "
+            "allowed (snap)"
         )
-    nearest: Ints = loop[away.argmin(axis=1)]
-    return nearest
+    chosen: NDArray[np.integer] = candidates[nearest]
+    return chosen
 
 
-def _check_vertices(side: Boundary, vertices: NDArray[np.integer]) -> None:
-    name, mesh = side.name, side.mesh
-    missing = vertices[(vertices < 0) | (vertices >= len(mesh.vertices))]
+def _check_vertices(kind: str, side: Boundary, vertices: NDArray[np.integer]) -> None:
+    count = len(side.mesh.vertices)
+    missing = vertices[(vertices < 0) | (vertices >= count)]
     if len(missing):
         raise InvalidInput(
-            f"pairs name vertices {some(missing)} of {name}, "
-            f"which has {len(mesh.vertices)} (counted from 0)"
+            f"{kind} name vertices {some(missing)} of {side.name}, which has {count} "
+            "(counted from 0)"
         )
+    values, counts = np.unique(vertices, return_counts=True)
+    if counts.max(initial=0) > 1:
+        raise InvalidInput(
+            f"vertices {some(values[counts > 1])} of {side.name} are more than once in the {kind}"
+        )
+
+
+def _check_on_boundary(side: Boundary, vertices: NDArray[np.integer]) -> None:
     inside = vertices[~np.isin(vertices, side.loop)]
     if len(inside):
         raise InvalidInput(
-            f"vertices {some(inside)} of {name} are not on its boundary; "
-            "pairs are taken from the boundary loops only"
-        )
-    values, counts = np.unique(vertices, return_counts=True)
-    if counts.max() > 1:
-        raise InvalidInput(
-            f"vertices {some(values[counts > 1])} of {name} are in more than one pair"
+            f"vertices {some(inside)} of {side.name} are not on its boundary; pairs are taken from "
+            "the boundary loops only, what lies inside is given as landmarks"
         )
 
 

@@ -72,6 +72,7 @@ class CombinedMesh:
 
     correspondence : faces, positions on a and on b, places on both inputs, carried attributes.
     pairs : (k, 2) the corresponding boundary vertices that were used.
+    landmarks : (k, 2) the corresponding vertices inside that were used.
     vertex_of_a, vertex_of_b : the vertex of the combined mesh that each input vertex became, -1 for
         those that no face uses; a's vertices come first, in their own order.
     face_on_a, face_on_b : (m,) the input face that holds each face; -1 in filled holes.
@@ -84,6 +85,7 @@ class CombinedMesh:
 
     correspondence: Correspondence
     pairs: Ints
+    landmarks: Ints
     vertex_of_a: Ints
     vertex_of_b: Ints
     face_on_a: Ints
@@ -233,6 +235,7 @@ class CombinedMesh:
 
 _OWN_ARRAYS = (
     "pairs",
+    "landmarks",
     "vertex_of_a",
     "vertex_of_b",
     "face_on_a",

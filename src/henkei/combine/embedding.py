@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from henkei.geometry.disk import (
     polygon_points,
     split_chords,
 )
+from henkei.geometry.landmark_flow import flowed
 from henkei.mesh import Floats, Mesh
 from henkei.progress import Progress
 from henkei.topology import Ints
@@ -113,10 +114,11 @@ def _merged(
             j += 1
 
 
-def common_planes(a: Side, b: Side, progress: Progress) -> Iterator[CommonPlane]:
+def common_planes(a: Side, b: Side, landmarks: Ints, progress: Progress) -> Iterator[CommonPlane]:
     """Flatten both surfaces into the common polygon and round them to one grid, injectively.
 
-    The first attempt is the most faithful; the second spreads what it crowds.
+    The first attempt is the most faithful; the second spreads what it crowds. ``landmarks`` (k, 2)
+    are vertices of a and of b that are brought to one place, halfway between their own.
 
     Raises
     ------
@@ -125,28 +127,40 @@ def common_planes(a: Side, b: Side, progress: Progress) -> Iterator[CommonPlane]
     polygon = common_polygon(a, b)
     for spread in (False, True):
         progress("flattening a", 0.0)
-        flat_a, bits_a = _injective(a, polygon, 0, spread)
+        flat_a = _injective(a, polygon, 0, spread)
         progress("flattening b", 0.5)
-        flat_b, bits_b = _injective(b, polygon, 1, spread)
-        yield _on_one_grid(a, b, polygon, flat_a, flat_b, max(bits_a, bits_b))
+        flat_b = _injective(b, polygon, 1, spread)
+        if len(landmarks):
+            progress("bringing the landmarks together", 0.9)
+            flat_a, flat_b = _brought_together(a, b, flat_a, flat_b, landmarks, polygon.sides)
+        yield _on_one_grid(a, b, polygon, flat_a, flat_b)
+
+
+def _brought_together(
+    a: Side, b: Side, flat_a: Flattening, flat_b: Flattening, landmarks: Ints, sides: int
+) -> tuple[Flattening, Flattening]:
+    of_a, of_b = landmarks.T
+    halfway = (flat_a.positions[of_a] + flat_b.positions[of_b]) / 2
+    moved_a = flowed(flat_a.positions, a.refined.mesh.faces, of_a, halfway, sides)
+    moved_b = flowed(flat_b.positions, b.refined.mesh.faces, of_b, halfway, sides)
+    return replace(flat_a, positions=moved_a), replace(flat_b, positions=moved_b)
 
 
 def _on_one_grid(
-    a: Side, b: Side, polygon: Polygon, flat_a: Flattening, flat_b: Flattening, least: int
+    a: Side, b: Side, polygon: Polygon, flat_a: Flattening, flat_b: Flattening
 ) -> CommonPlane:
     for bits in RESOLUTIONS:
-        if bits >= least:
-            points_a, points_b = _snap(flat_a.positions, bits), _snap(flat_b.positions, bits)
-            folded_a = _folded(a, polygon, 0, points_a, bits)
-            folded_b = _folded(b, polygon, 1, points_b, bits)
-            if not len(folded_a) and not len(folded_b):
-                return CommonPlane(polygon, points_a, points_b, flat_a, flat_b, bits)
+        points_a, points_b = _snap(flat_a.positions, bits), _snap(flat_b.positions, bits)
+        folded_a = _folded(a, polygon, 0, points_a, bits)
+        folded_b = _folded(b, polygon, 1, points_b, bits)
+        if not len(folded_a) and not len(folded_b):
+            return CommonPlane(polygon, points_a, points_b, flat_a, flat_b, bits)
     side, folded = (a, folded_a) if len(folded_a) else (b, folded_b)
     raise no_flattening(side.refined.mesh, folded)
 
 
-def _injective(side: Side, polygon: Polygon, column: int, spread: bool) -> tuple[Flattening, int]:
-    """The first flattening, and the coarsest resolution, at which no triangle is turned over."""
+def _injective(side: Side, polygon: Polygon, column: int, spread: bool) -> Flattening:
+    """The first flattening that turns no triangle over at one of the resolutions."""
     own = polygon.nodes[:, column] >= 0
     boundary = polygon.nodes[own, column]
     positions = polygon_points(polygon.parameter, polygon.sides)[own]
@@ -156,7 +170,7 @@ def _injective(side: Side, polygon: Polygon, column: int, spread: bool) -> tuple
             points = _snap(flat.positions, bits)
             folded = _folded(side, polygon, column, points, bits)
             if not len(folded):
-                return flat, bits
+                return flat
     raise no_flattening(side.refined.mesh, folded)
 
 

@@ -11,7 +11,12 @@ from typing import Any
 import numpy as np
 
 from henkei._kernels import not_positive
-from henkei.combine.boundary import SNAP, Pairs, corresponding_vertices
+from henkei.combine.boundary import (
+    SNAP,
+    Pairs,
+    corresponding_landmarks,
+    corresponding_vertices,
+)
 from henkei.combine.carry import CHUNK, carried
 from henkei.combine.combined import CombinedMesh, CombineQuality
 from henkei.combine.embedding import CommonPlane, Side, common_planes
@@ -29,6 +34,7 @@ def combine(
     b: Any,
     pairs: Pairs = "auto",
     *,
+    landmarks: Any = (),
     fill_holes: bool = False,
     outer: tuple[int | None, int | None] = (None, None),
     snap: float = SNAP,
@@ -46,11 +52,13 @@ def combine(
         oriented, without handles, with one boundary loop.
     pairs : at least three pairs of corresponding boundary vertices, in any order: vertex indices
         (k, 2), points (k, 2, 3) near the boundaries, or ``"auto"`` to have them proposed by shape.
+    landmarks : pairs of corresponding vertices inside the surfaces, as indices (k, 2) or points
+        (k, 2, 3) near vertices; each pair becomes one vertex of the result.
     fill_holes : close all boundary loops but the longest; the fill is in the result, marked by
         face -1, and :meth:`CombinedMesh.without_fill` drops it.
     outer : a vertex of a and one of b on the loops that stay open, if not the longest.
-    snap : farthest that a point in ``pairs`` may be from a boundary vertex, as a fraction of the
-        mesh's diagonal.
+    snap : farthest that a point in ``pairs`` or ``landmarks`` may be from a vertex, as a fraction
+        of the mesh's diagonal.
     attributes : carry normals, texture coordinates, colours and labels of both along.
     progress : see :mod:`henkei.progress`.
 
@@ -65,10 +73,12 @@ def combine(
     disk_b = Disk.of("b", b, fill_holes, outer[1])
     progress("matching the boundaries", 0.1)
     corners = corresponding_vertices(disk_a.boundary, disk_b.boundary, pairs, snap)  # 2: CVPs
+    marks = corresponding_landmarks(disk_a.boundary, disk_b.boundary, landmarks, snap)
     side_a = _side(disk_a.closed, disk_a.from_input(corners[:, 0]))  # 3.1: boundary map
     side_b = _side(disk_b.closed, disk_b.from_input(corners[:, 1]))
     # 3.2: F -> H, on integers as in 4.6; 4.1 to 4.4: H -> Hc
-    plane, common = _upright_overlay(side_a, side_b, progress)
+    inside = np.stack([disk_a.from_input(marks[:, 0]), disk_b.from_input(marks[:, 1])], axis=1)
+    plane, common = _upright_overlay(side_a, side_b, inside, progress)
     progress("placing the vertices", 0.8)
     vertices_a = positions(disk_a.closed, common.on_a)  # 4.5, eq. 7: Hc -> Fc
     vertices_b = positions(disk_b.closed, common.on_b)
@@ -91,6 +101,7 @@ def combine(
     return CombinedMesh(
         correspondence,
         pairs=corners,
+        landmarks=marks,
         vertex_of_a=disk_a.vertices_of_input(common.vertex_of_a),
         vertex_of_b=disk_b.vertices_of_input(common.vertex_of_b),
         face_on_a=face_on_a,
@@ -103,10 +114,12 @@ def combine(
     )
 
 
-def _upright_overlay(a: Side, b: Side, progress: Progress) -> tuple[CommonPlane, Overlay]:
+def _upright_overlay(
+    a: Side, b: Side, landmarks: Ints, progress: Progress
+) -> tuple[CommonPlane, Overlay]:
     """The overlay, exact in any case, of the first flattenings in which its crossings, rounded to
     the grid of ``plane_vertices``, turn no triangle over."""
-    for plane in common_planes(a, b, part(progress, 0.2, 0.6)):
+    for plane in common_planes(a, b, landmarks, part(progress, 0.2, 0.6)):
         progress("overlaying", 0.6)
         common = overlay(a, b, plane)
         if not len(not_positive(common.plane_vertices, common.faces)):

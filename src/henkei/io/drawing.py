@@ -18,7 +18,7 @@ import numpy as np
 
 from henkei.errors import InvalidInput, MissingDependency
 from henkei.io.footage import INSTALL, Pixels
-from henkei.mesh import Floats, Surface
+from henkei.mesh import Floats, Mesh, Surface
 
 Backend = Literal["auto", "pyvista", "matplotlib"]
 
@@ -29,6 +29,7 @@ OVERSAMPLING = 2
 LIGHTS = (((-0.55, 0.65, 0.75), 0.84), ((0.9, 0.05, 0.6), 0.3), ((0.35, 0.7, -0.75), 0.35))
 AMBIENT = 0.2
 EDGES = "#4a443e"
+SMOOTH = 180.0  # angle from which on no edge is sharp
 
 _SURFACE = {
     "smooth_shading": True,
@@ -85,7 +86,8 @@ class Camera:
         reach = (np.abs(seen[:, :2]) / slopes(size)).max(axis=1) / 0.92
         room = 0.25 * np.linalg.norm(np.ptp(points, axis=0))  # for a line along the view
         distance = max(float((seen[:, 2] + reach).max()), float(seen[:, 2].max() + room))
-        return cls(frame, focus, distance if distance > 0 else 1.0)
+        nothing = 1e-9 * np.abs(points).max()  # rounding, where all points are one
+        return cls(frame, focus, distance if distance > nothing else max(1.0, nothing))
 
 
 def middle(points: Floats) -> Floats:
@@ -205,6 +207,9 @@ def _vtk_data(drawing: Drawing, pyvista: Any) -> Any:
     cells = np.insert(surface.indices.astype(np.int64), surface.offsets[:-1], sizes)
     data = pyvista.PolyData(surface.vertices.copy(), faces=cells)
     data.point_data["color"] = drawing.colors
+    if drawing.sharp >= SMOOTH and isinstance(surface, Mesh):
+        data.point_data["Normals"] = surface.vertex_normals  # VTK's own count slivers in full
+        return data
     return data.compute_normals(
         cell_normals=False,
         split_vertices=True,

@@ -50,7 +50,8 @@ class Look:
     back_color : colour of the back sides; None gives them the colour of the front.
     background : colour behind the mesh.
     edges : whether to draw the edges of the faces.
-    sharp : degrees between neighbouring faces from which on their edge is shaded sharp.
+    sharp : degrees between neighbouring faces from which on their edge is shaded sharp; 180
+        for none, as suits meshes with slivers.
     colormap : Matplotlib's name of the colours for scalars.
     limits : lowest and highest value of the colours; None takes them from the values.
     legend : text above the colour bar; None leaves the bar out.

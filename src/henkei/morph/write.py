@@ -174,10 +174,12 @@ def _write_numbered(path: Path, film: Film) -> None:
 def _write_strip(path: Path, film: Film) -> None:
     from henkei.io.pictures import strip
 
-    strip(list(replace(film, frames=min(film.frames, STRIP_LENGTH)).meshes()), path)
+    shown = replace(film, frames=min(film.frames, STRIP_LENGTH))
+    strip(list(shown.meshes()), path, sharp=180.0)  # overlays have slivers
 
 
 def _write_film(path: Path, film: Film) -> None:
     from henkei.io.pictures import animation
 
-    animation(list(film.meshes()), path, seconds=film.seconds, swing=film.ping_pong)
+    meshes = list(film.meshes())
+    animation(meshes, path, seconds=film.seconds, swing=film.ping_pong, sharp=180.0)

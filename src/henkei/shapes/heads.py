@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from henkei.errors import InvalidInput
 from henkei.mesh import Floats, Mesh
@@ -182,6 +183,58 @@ def head_landmarks(kind: str = "woman", *, resolution: float = 1.0) -> Ints:
     nearness = np.cos(np.arctan2(x, z)[:, None] - wanted)
     landmarks: Ints = loop[nearness.argmax(axis=0)]
     return landmarks
+
+
+# Near the surface; those beside the middle stand for both sides.
+_FEATURES: dict[str, list[Point]] = {
+    "woman": [
+        (0, -3.3, 9.8),  # tip of the nose
+        (1.3, -3.7, 8.6),  # wing of the nose
+        (0, 1.4, 7.1),  # root of the nose
+        (1.55, -0.2, 7.0),  # inner corner of the eye
+        (4.3, 0.2, 6.3),  # its outer corner
+        (2.9, 0.55, 7.2),  # upper lid
+        (2.9, -0.5, 7.2),  # lower lid
+        (2.9, 2.7, 7.0),  # brow
+        (0, -4.9, 8.4),  # above the mouth
+        (2.1, -6.0, 7.3),  # corner of the mouth
+        (0, -7.4, 8.0),  # below the mouth
+        (0, -9.3, 7.9),  # chin
+        (6.9, 1.6, -1.5),  # tip of the ear
+        (7.0, -0.9, 0.5),  # front of the ear
+        (6.4, -3.2, -0.6),  # lobe
+    ],
+    "goblin": [
+        (0, -4.6, 12.2),
+        (2.0, -3.1, 9.2),
+        (0, 1.2, 7.8),
+        (1.5, -0.5, 7.0),
+        (4.5, 0.3, 6.0),
+        (2.9, 0.6, 7.1),
+        (2.9, -0.7, 7.1),
+        (2.6, 2.4, 8.6),
+        (0, -5.0, 8.9),
+        (4.2, -4.5, 6.2),
+        (0, -7.9, 8.5),
+        (0, -9.9, 9.9),
+        (16.0, 6.4, -5.0),
+        (6.6, 1.0, 1.0),
+        (6.6, -0.5, -0.5),
+    ],
+}
+
+
+def head_features(kind: str = "woman", *, resolution: float = 1.0) -> Ints:
+    """Vertices inside :func:`head` at eyes, brows, nose, mouth, chin and ears.
+
+    Returns
+    -------
+    (25,) int32, each in the same place on every kind.
+    """
+    mesh = head(kind, resolution=resolution)
+    points = [p for x, y, z in _FEATURES[kind] for p in ((x, y, z), (-x, y, z))[: 1 + (x != 0)]]
+    nearest: Ints = KDTree(mesh.vertices).query(points)[1].astype(np.int32)
+    return nearest
 
 
 @lru_cache(maxsize=8)
