@@ -233,7 +233,7 @@ def head_features(kind: str = "woman", *, resolution: float = 1.0) -> Ints:
     """
     mesh = head(kind, resolution=resolution)
     points = [p for x, y, z in _FEATURES[kind] for p in ((x, y, z), (-x, y, z))[: 1 + (x != 0)]]
-    nearest: Ints = KDTree(mesh.vertices).query(points)[1].astype(np.int32)
+    nearest: Ints = np.asarray(KDTree(mesh.vertices).query(np.array(points))[1], dtype=np.int32)
     return nearest
 
 
