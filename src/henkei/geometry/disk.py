@@ -180,10 +180,10 @@ def flattenings(
     surface is to be ``spread``.
     """
     if not spread:
-        cotangent, mean_value = cotangent_matrix(mesh), mean_value_matrix(mesh)
+        yield _solve(mesh, boundary, positions, cotangent_matrix(mesh), "cotangent")
+        weights = mean_value_matrix(mesh)
+        yield _solve(mesh, boundary, positions, weights, "mean value", symmetric=False)
         ones = np.ones(len(mesh.topology.edges))
-        yield _solve(mesh, boundary, positions, cotangent, "cotangent")
-        yield _solve(mesh, boundary, positions, mean_value, "mean value", symmetric=False)
         yield _solve(mesh, boundary, positions, edge_matrix(mesh, ones, ones), "uniform")
     for inward in INWARD:
         weights = edge_matrix(mesh, *_outward(mesh, boundary, inward))

@@ -35,15 +35,16 @@ def cotangent_weights(mesh: Mesh) -> Floats:
     Kimura (1999, eq. 2). Negative on obtuse corners. Angles without a sine are bounded away from 0
     and pi, so the weights are finite on any mesh.
     """
-    points = mesh.vertices[mesh.faces]
-    to_next = np.roll(points, -1, axis=1) - points
-    to_previous = np.roll(points, 1, axis=1) - points
-    cosine = np.einsum("fki,fki->fk", to_next, to_previous)
-    sine = np.linalg.norm(np.cross(to_next, to_previous), axis=2)
-    size = np.hypot(cosine, sine)
-    at_corner = cosine / np.maximum(sine, np.where(size > 0, size, 1) * SMALLEST_SINE)
-    opposite: Floats = np.roll(at_corner, 1, axis=1).ravel()  # corner 2 faces half-edge 0
-    return opposite
+    p, q, r = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    along = (q - p, r - q, p - r)
+    twice_area = np.linalg.norm(np.cross(along[0], along[1]), axis=1)
+    opposite = np.empty((len(mesh.faces), 3))
+    for k in range(3):  # the corner opposite to half-edge k lies between the two others
+        cosine = -np.einsum("fi,fi->f", along[k - 2], along[k - 1])
+        size = np.hypot(cosine, twice_area)
+        sine = np.maximum(twice_area, np.where(size > 0, size, 1) * SMALLEST_SINE)
+        opposite[:, k] = cosine / sine
+    return opposite.ravel()
 
 
 def cotangent_matrix(mesh: Mesh) -> csr_array[np.float64]:

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Solver = Callable[[Floats], Floats]
-Backend = Literal["auto", "cholespy", "splu"]
+Backend = Literal["auto", "qdldl", "cholespy", "splu"]
+LARGE = 150_000  # unknowns, from which on cholespy's orderings pay
 
 REFINE = 1e-13  # backward error from which one step of iterative refinement is taken
 POOR = 1e-9  # backward error that is not accepted
@@ -30,7 +31,7 @@ SINGULAR = 1e14  # condition, after scaling to a unit diagonal, beyond which not
 class Factor:
     """A factored square matrix; made by :func:`factor_spd` and :func:`factor_general`.
 
-    backend : name of the solver in use, ``"cholespy"`` or ``"splu"``; for quality reports.
+    backend : name of the solver in use; for quality reports.
     worst_residual : largest backward error of all solves so far, see :meth:`solve`.
     """
 
@@ -132,18 +133,19 @@ def factor_spd(matrix: Any, *, backend: Backend = "auto") -> Factor:
     Parameters
     ----------
     matrix : (n, n) SciPy sparse matrix or array, all entries stored (not one triangle only).
-    backend : ``"cholespy"`` (CHOLMOD), ``"splu"`` (SuperLU in symmetric mode, column minimum
-        degree), or ``"auto"``: cholespy where it is installed.
+    backend : ``"qdldl"`` (minimum degree, simplicial), ``"cholespy"`` (CHOLMOD), ``"splu"``
+        (SuperLU in symmetric mode, column minimum degree), or ``"auto"``: of those installed the
+        fastest for the size, qdldl up to 150,000 unknowns and cholespy beyond.
 
     Raises
     ------
     InvalidInput : the matrix is not square, not finite or not symmetric.
-    MissingDependency : cholespy is asked for and not installed.
+    MissingDependency : a solver is asked for and not installed.
     Infeasible : the matrix is singular or not positive definite.
 
     Notes
     -----
-    A matrix that CHOLMOD refuses because rounding made it slightly indefinite goes to SuperLU.
+    A matrix that these refuse because rounding made it slightly indefinite goes to SuperLU.
     Minimum degree on ``A + A'`` gives less fill on regular grids, but was seen to take minutes on
     triangulations of overlays where column minimum degree takes seconds.
     """
@@ -155,16 +157,26 @@ def factor_spd(matrix: Any, *, backend: Backend = "auto") -> Factor:
             f"the system is not positive definite: rows {some(rows)} have no positive diagonal "
             "entry (an unknown that no equation holds, for example a vertex without faces)"
         )
-    if csc.nnz and abs(csc - csc.T).max() > 1e-9 * abs(csc).max():
+    if not _symmetric(csc):
         raise InvalidInput("the matrix is not symmetric; use factor_general")
     _refuse_loose_parts(csc)
-    if backend not in ("auto", "cholespy", "splu"):
-        raise InvalidInput(f"unknown solver {backend!r}; known: 'auto', 'cholespy', 'splu'")
-    installed = find_spec("cholespy") is not None
-    if backend == "cholespy" and not installed:
-        raise MissingDependency("cholespy is not installed: pip install cholespy")
-    name = "splu" if backend == "splu" or not installed else "cholespy"
-    return Factor(csc, name, fallback=True)
+    return Factor(csc, _chosen(backend, csc.shape[0]), fallback=True)
+
+
+def _chosen(backend: str, size: int) -> str:
+    """The solver to use: as asked, or the fastest one installed for this size."""
+    known = ("auto", "qdldl", "cholespy", "splu")
+    if backend not in known:
+        listed = ", ".join(map(repr, known))
+        raise InvalidInput(f"unknown solver {backend!r}; known: {listed}")
+    if backend == "splu":
+        return backend
+    if backend != "auto":
+        if find_spec(backend) is None:
+            raise MissingDependency(f"{backend} is not installed: pip install {backend}")
+        return backend
+    preferred = ("qdldl", "cholespy") if size < LARGE else ("cholespy", "qdldl")
+    return next((name for name in preferred if find_spec(name) is not None), "splu")
 
 
 def factor_general(matrix: Any) -> Factor:
@@ -180,6 +192,15 @@ def factor_general(matrix: Any) -> Factor:
     if len(empty):
         raise Infeasible(f"the system is singular: rows {some(empty)} are empty")
     return Factor(csc, "splu", fallback=False)
+
+
+def _symmetric(matrix: Matrix) -> bool:
+    rows = matrix.tocsr()
+    if np.array_equal(rows.indptr, matrix.indptr) and np.array_equal(rows.indices, matrix.indices):
+        difference = np.abs(rows.data - matrix.data).max(initial=0)
+    else:
+        difference = abs(matrix - matrix.T).max()
+    return bool(difference <= 1e-9 * np.abs(matrix.data).max(initial=0))
 
 
 def _refuse_loose_parts(matrix: Matrix) -> None:
@@ -217,7 +238,26 @@ def _factored(matrix: Matrix, backend: str, *, symmetric: bool) -> Solver:
     size = int(matrix.shape[0])
     if size == 0:
         return np.copy
-    return _cholespy(matrix) if backend == "cholespy" else _splu(matrix, symmetric)
+    if backend == "splu":
+        return _splu(matrix, symmetric)
+    return _qdldl(matrix) if backend == "qdldl" else _cholespy(matrix)
+
+
+def _qdldl(matrix: Matrix) -> Solver:
+    import qdldl
+
+    upper = sparse.csc_matrix(sparse.triu(matrix, format="csc"))
+    solver = qdldl.Solver(upper, upper=True)
+    pivots = solver.factors()[1]
+    if not (pivots > 0).all():
+        raise _singular(int(matrix.shape[0]))
+
+    def solve(b: Floats) -> Floats:
+        if b.ndim == 1:
+            return np.asarray(solver.solve(b))
+        return np.stack([solver.solve(np.ascontiguousarray(column)) for column in b.T], axis=1)
+
+    return solve
 
 
 def _cholespy(matrix: Matrix) -> Solver:
