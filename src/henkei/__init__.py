@@ -1,17 +1,31 @@
-"""henkei: change the form of surfaces."""
+"""henkei: change the form of surfaces.
 
-from henkei.combine import CombinedMesh, combine
-from henkei.geometry.repair import (
-    largest_component,
-    oriented,
-    weld,
-    without_degenerate_faces,
-    without_unused_vertices,
-)
-from henkei.io import read, write
-from henkei.mesh import Attributes, Mesh, PolygonMesh
-from henkei.morph import write_morph
-from henkei.workflows.diagnose import diagnose
+The names below are the public ones. Each is loaded at its first use, so that ``import henkei`` and
+the program's ``--help`` cost next to nothing.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from henkei import errors, shapes
+    from henkei.combine import CombinedMesh, combine
+    from henkei.geometry.repair import (
+        largest_component,
+        oriented,
+        weld,
+        without_degenerate_faces,
+        without_unused_vertices,
+    )
+    from henkei.io import read, write
+    from henkei.mesh import Attributes, Mesh, PolygonMesh
+    from henkei.morph import write_morph
+    from henkei.workflows.diagnose import diagnose
+    from henkei.workflows.results import load, save
 
 __all__ = [
     "Attributes",
@@ -20,12 +34,64 @@ __all__ = [
     "PolygonMesh",
     "combine",
     "diagnose",
+    "errors",
     "largest_component",
+    "load",
     "oriented",
     "read",
+    "save",
+    "shapes",
     "weld",
     "without_degenerate_faces",
     "without_unused_vertices",
     "write",
     "write_morph",
 ]
+
+_HOMES = {
+    "henkei.combine": ("CombinedMesh", "combine"),
+    "henkei.geometry.repair": (
+        "largest_component",
+        "oriented",
+        "weld",
+        "without_degenerate_faces",
+        "without_unused_vertices",
+    ),
+    "henkei.io": ("read", "write"),
+    "henkei.mesh": ("Attributes", "Mesh", "PolygonMesh"),
+    "henkei.morph": ("write_morph",),
+    "henkei.workflows.diagnose": ("diagnose",),
+    "henkei.workflows.results": ("load", "save"),
+}
+_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
+_MODULES = ("errors", "shapes")
+
+
+def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return import_module(f"henkei.{name}")
+    if name == "__version__":
+        from importlib.metadata import version
+
+        value: Any = version("henkei")
+    elif name in _HOME_OF:
+        value = getattr(import_module(_HOME_OF[name]), name)
+    else:
+        raise AttributeError(f"module 'henkei' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "__version__"})
+
+
+class _Package(ModuleType):
+    """Where a package and a function share a name (``combine``), the function has it."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _HOME_OF and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

@@ -220,6 +220,56 @@ def _vtk_data(drawing: Drawing, pyvista: Any) -> Any:
 
 
 def _draw_with_matplotlib(drawing: Drawing, camera: Camera) -> Pixels:
+    """From far to near: smoothly shaded triangles, or faces in one shade each with their edges."""
+    if drawing.edges:
+        return _draw_faces(drawing, camera)
+    from matplotlib.backends.backend_agg import RendererAgg
+    from matplotlib.transforms import IdentityTransform
+
+    surface = drawing.surface
+    mesh = surface if isinstance(surface, Mesh) else Mesh.from_any(surface)
+    width, height = (OVERSAMPLING * side for side in drawing.size)
+    seen = (mesh.vertices - camera.focus) @ camera.frame.T
+    flat = seen[:, :2] / (camera.distance - seen[:, 2:]) / slopes(drawing.size)
+    corners = ((flat + 1) / 2 * (width, height))[mesh.faces]
+    order = np.argsort(seen[mesh.faces, 2].mean(axis=1), kind="stable")
+    shades = np.ones((mesh.face_count, 3, 4))
+    shades[..., :3] = _corner_shades(drawing, Mesh(seen, mesh.faces), camera.distance)
+    renderer = RendererAgg(width, height, 100)
+    renderer.draw_gouraud_triangles(
+        renderer.new_gc(), corners[order], shades[order], IdentityTransform()
+    )
+    drawn = np.asarray(renderer.buffer_rgba())
+    cover = drawn[..., 3:] / 255
+    pixels: Pixels = np.rint(drawn[..., :3] * cover + drawing.background * (1 - cover)).astype(
+        np.uint8
+    )
+    return pixels
+
+
+def _corner_shades(drawing: Drawing, seen: Mesh, distance: float) -> Floats:
+    """Colours (m, 3, 3) in the light (Lambert) of each corner; ``seen`` is in the camera's frame.
+
+    A corner has its vertex's normal, or its face's where the two are more than ``sharp`` apart.
+    """
+    normal, face_normal = seen.vertex_normals[seen.faces], seen.face_normals[:, None]
+    apart = (normal * face_normal).sum(axis=2) < np.cos(np.radians(drawing.sharp))
+    normal = np.where(apart[..., None], face_normal, normal)
+    middle = seen.vertices[seen.faces].mean(axis=1)
+    back = (seen.face_normals * ([0, 0, distance] - middle)).sum(axis=1) < 0
+    normal[back] *= -1
+    light = np.full(normal.shape[:2], AMBIENT)
+    for direction, strength in LIGHTS:
+        toward = np.asarray(direction) / np.linalg.norm(direction)
+        light += strength * np.maximum(normal @ toward, 0)
+    color = drawing.colors[seen.faces] / 255
+    if drawing.back_color is not None:
+        color[back] = drawing.back_color / 255
+    shades: Floats = np.clip(color * light[..., None], 0, 1)
+    return shades
+
+
+def _draw_faces(drawing: Drawing, camera: Camera) -> Pixels:
     """Faces from far to near, each in one shade."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import PolyCollection

@@ -134,10 +134,11 @@ def strip(
     """
     path = path_ending(path, ".png")
     scene = _Scene.prepared(meshes, scalars, look)
-    pictures = []
-    for index, mesh in enumerate(scene.meshes):
-        shown = scene.meshes if same_camera else [mesh]
-        pictures.append(scene.picture(index, scene.camera(shown, scene.look.direction)))
+    groups = [scene.meshes] if same_camera else [[mesh] for mesh in scene.meshes]
+    cameras = [scene.camera(group, scene.look.direction) for group in groups]
+    if same_camera:
+        cameras *= len(scene.meshes)
+    pictures = [scene.picture(index, camera) for index, camera in enumerate(cameras)]
     picture = pillow().fromarray(scene.finished(pictures))
     with whole(path) as stream:
         picture.save(stream, format="PNG", optimize=True)

@@ -1,0 +1,267 @@
+"""What ``combine`` and ``morph`` share: two surfaces, how they correspond, what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from cyclopts import Parameter
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from henkei.combine import CombinedMesh, combine
+from henkei.combine.boundary import SNAP, Pairs
+from henkei.errors import InvalidInput, InvalidMesh, some
+from henkei.io import read
+from henkei.mesh import Mesh, PolygonMesh
+from henkei.progress import Progress
+from henkei.workflows.pairs import read_pairs, write_pairs
+
+NO_DEFAULT = Parameter(show_default=False)
+Flag = Annotated[bool, NO_DEFAULT]
+Indices = Annotated[tuple[tuple[int, int], ...], NO_DEFAULT]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Combining:
+    """How two surfaces are combined.
+
+    Parameters
+    ----------
+    pairs
+        Corresponding boundary vertices: a JSON file with `[[i, j], ...]` (vertices of A and B,
+        counted from 0) or pairs of 3-D points, or `auto` to have them proposed by shape.
+    pair
+        One more pair of vertices, as in `--pair 12 40`; may be repeated.
+    landmarks
+        Corresponding vertices inside the surfaces (eyes, mouths), in a JSON file like that of
+        `--pairs`; one file may hold both, as `{"pairs": [...], "landmarks": [...]}`.
+    landmark
+        One more pair of vertices inside; may be repeated.
+    save_pairs
+        Write the pairs and landmarks that were used to this JSON file, to edit and use again.
+    fill_holes
+        Close all boundary loops but one of each surface beforehand.
+    drop_fill
+        Leave what lies in closed holes out of the result.
+    outer_a
+        A vertex of A on the loop that stays open, if it is not the longest.
+    outer_b
+        A vertex of B on the loop that stays open, if it is not the longest.
+    snap
+        How far a point in a file may be from a vertex, as a fraction of the diagonal.
+    attributes
+        Carry normals, texture coordinates, colours and labels along.
+    flip_b
+        Turn B inside out first, where the boundaries run in opposite directions.
+    """
+
+    pairs: str | None = None
+    pair: Indices = ()
+    landmarks: Path | None = None
+    landmark: Indices = ()
+    save_pairs: Path | None = None
+    fill_holes: Flag = False
+    drop_fill: Flag = False
+    outer_a: int | None = None
+    outer_b: int | None = None
+    snap: float = SNAP
+    attributes: Annotated[bool, Parameter(negative="--no-attributes")] = True
+    flip_b: Flag = False
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A surface that was read."""
+
+    name: str
+    path: Path
+    surface: Mesh | PolygonMesh
+
+    @classmethod
+    def read(cls, name: str, path: Path) -> Source:
+        """The surface in a file."""
+        return cls(name, path, read(path))
+
+    @property
+    def polygons(self) -> int:
+        """Faces with more than three corners, which are split into triangles."""
+        return int((np.diff(self.surface.offsets) > 3).sum())
+
+    @property
+    def described(self) -> str:
+        """What was read, in words."""
+        sizes = f"{len(self.surface.vertices):,} vertices, {self.surface.face_count:,} faces"
+        count = self.polygons
+        split = f" ({count:,} with more than 3 corners, split into triangles)" if count else ""
+        return f"{self.path}: {sizes}{split}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """The same for JSON."""
+        return {
+            "file": str(self.path),
+            "vertices": len(self.surface.vertices),
+            "faces": self.surface.face_count,
+            "split_into_triangles": self.polygons,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Combination:
+    """Two surfaces, the pairs that were asked for, and the combined mesh."""
+
+    sources: tuple[Source, Source]
+    proposed: bool
+    result: CombinedMesh
+
+    def as_dict(self) -> dict[str, Any]:
+        """Inputs, pairs and quality, for JSON."""
+        return {
+            **{source.name: source.as_dict() for source in self.sources},
+            "pairs": self.result.pairs.tolist(),
+            "pairs_proposed": self.proposed,
+            "landmarks": self.result.landmarks.tolist(),
+            "quality": asdict(self.result.quality),
+        }
+
+    def show(self, console: Console) -> None:
+        """Print inputs, pairs and quality."""
+        lines = [(source.name, source.described) for source in self.sources]
+        lines.append(("pairs", self._pairs()))
+        if len(self.result.landmarks):
+            lines.append(("landmarks", f"{len(self.result.landmarks)} inside"))
+        console.print(listing([*lines, *quality_lines(self.result)]))
+
+    def _pairs(self) -> str:
+        pairs = self.result.pairs
+        shown = some([f"{i}-{j}" for i, j in pairs.tolist()], 12)
+        if not self.proposed:
+            return f"{len(pairs)}: {shown}"
+        return f"{len(pairs)}, proposed by shape: {shown} (look at the result; --pairs sets them)"
+
+
+def combination(sources: tuple[Source, Source], how: Combining, progress: Progress) -> Combination:
+    """Combine two surfaces as asked, and write the pairs if asked.
+
+    Raises
+    ------
+    HenkeiError : see :func:`henkei.combine`; the message names the files.
+    """
+    pairs = chosen_pairs(how)
+    a, b = (source.surface for source in sources)
+    try:
+        result = combine(
+            a,
+            Mesh.from_any(b).flipped() if how.flip_b else b,
+            pairs,
+            landmarks=chosen_landmarks(how),
+            fill_holes=how.fill_holes,
+            outer=(how.outer_a, how.outer_b),
+            snap=how.snap,
+            attributes=how.attributes,
+            progress=progress,
+        )
+    except InvalidMesh as error:
+        raise type(error)(_with_files(str(error), sources)) from None
+    except InvalidInput as error:
+        hint = " (--flip-b)" if ".flipped()" in str(error) else ""
+        raise type(error)(f"{error}{hint}") from None
+    if how.save_pairs:
+        write_pairs(how.save_pairs, result.pairs, result.landmarks)
+    return Combination(sources, isinstance(pairs, str), _without_fill(result, how))
+
+
+def chosen_pairs(how: Combining) -> Pairs:
+    """The pairs of the file and of the options together, or ``"auto"``.
+
+    Raises
+    ------
+    InvalidInput : they cannot be used together, or options contradict each other.
+    """
+    fill = (("drop-fill", how.drop_fill), ("outer-a", how.outer_a), ("outer-b", how.outer_b))
+    for name, given in fill:
+        if not how.fill_holes and given is not None and given is not False:
+            raise InvalidInput(f"--{name} is about holes that are closed; add --fill-holes")
+    if how.pairs == "auto" and how.pair:
+        raise InvalidInput("--pairs auto proposes all pairs; leave it out to use --pair alone")
+    file = None if how.pairs in (None, "auto") else Path(str(how.pairs))
+    return _together(file, "pairs", how.pair) if file or how.pair else "auto"
+
+
+def chosen_landmarks(how: Combining) -> NDArray[Any]:
+    """The landmarks of the file and of the options together.
+
+    Raises
+    ------
+    InvalidInput : they cannot be used together.
+    """
+    return _together(how.landmarks, "landmarks", how.landmark)
+
+
+def read_files(how: Combining) -> list[Path]:
+    """What is read beside the meshes."""
+    return [Path(str(f)) for f in (how.pairs, how.landmarks) if f not in (None, "auto")]
+
+
+def _together(
+    file: Path | None, kind: Literal["pairs", "landmarks"], single: Indices
+) -> NDArray[Any]:
+    """Pairs of a file and of options that name one each."""
+    more = np.array(single, dtype=np.int64).reshape(-1, 2)
+    if file is None:
+        return more
+    given = read_pairs(file, kind)
+    if not len(more):
+        return given
+    if given.ndim != 2:
+        raise InvalidInput(f"{file} holds points, so vertices (--{kind[:-1]}) cannot be added")
+    return np.concatenate([given, more])
+
+
+def _without_fill(result: CombinedMesh, how: Combining) -> CombinedMesh:
+    return result.without_fill() if how.drop_fill else result
+
+
+def _with_files(message: str, sources: Sequence[Source]) -> str:
+    for source in sources:
+        message = message.replace(f"surface {source.name}: ", f"{source.path}: ", 1)
+    return message
+
+
+def quality_lines(result: CombinedMesh) -> list[tuple[str, str]]:
+    """Label and value of each line about a combined mesh."""
+    q = result.quality
+    lines = [
+        ("flattening", f"a: {q.weights_a} weights ({q.solver_a}); b: {q.weights_b} ({q.solver_b})")
+    ]
+    if q.chords_a or q.chords_b:
+        lines.append(("chords split", f"a: {q.chords_a:,}; b: {q.chords_b:,}"))
+    if q.filled_a or q.filled_b:
+        lines.append(("holes closed", f"a: {q.filled_a:,}; b: {q.filled_b:,}"))
+    if q.unused_a or q.unused_b:
+        lines.append(("unused vertices", f"a: {q.unused_a:,}; b: {q.unused_b:,} (left out)"))
+    return [
+        *lines,
+        ("combined", f"{q.vertices:,} vertices, {q.edges:,} edges, {q.faces:,} faces"),
+        ("", f"{q.crossings:,} crossings of edges, {q.coincident:,} vertices that coincide"),
+        ("V - E + F", str(q.euler)),
+        ("inverted", f"{q.inverted:,} faces (in the common plane, decided exactly)"),
+        ("area error", f"a: {q.area_error_a:.1e}; b: {q.area_error_b:.1e} (relative)"),
+        ("vertex error", f"a: {q.vertex_error_a:.1e}; b: {q.vertex_error_b:.1e} (of the diagonal)"),
+    ]
+
+
+def listing(lines: Sequence[tuple[str, str]]) -> Table:
+    """Labels and values in two columns."""
+    table = Table(show_header=False, box=None, pad_edge=False)
+    table.add_column(no_wrap=True, style="bold")
+    table.add_column(overflow="fold")
+    for label, value in lines:
+        table.add_row(Text(label), Text(value))
+    return table

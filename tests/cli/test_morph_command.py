@@ -1,0 +1,138 @@
+"""``henkei morph``: from two disks or from a combined mesh; closed surfaces are refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import henkei as hk
+from henkei.cli import main
+from henkei.shapes import random_disk
+
+PAIRS = [[0, 0], [5, 5], [10, 10]]
+OPTIONS = [item for i, j in PAIRS for item in ("--pair", str(i), str(j))]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    a, b = random_disk(0, 30), random_disk(1, 30)
+    hk.write("a.ply", a)
+    hk.write("b.ply", hk.Mesh(2 * b.vertices + 3, b.faces))
+    hk.save("c.npz", hk.combine("a.ply", "b.ply", PAIRS))
+    return tmp_path
+
+
+def vertices(name: str) -> np.ndarray:
+    return hk.read(name).vertices
+
+
+def test_two_disks_are_combined_and_aligned(folder, capsys):
+    arguments = ["morph", "a.ply", "b.ply", *OPTIONS, "-o", "m.glb", "-o", "f_%d.ply", "-o"]
+    assert main([*arguments, "d.npz", "--frames", "3"]) == 0
+    c = hk.load("c.npz")
+    aligned = c.aligned()
+    np.testing.assert_array_equal(vertices("f_0.ply"), c.vertices_a)
+    np.testing.assert_array_equal(vertices("f_2.ply"), aligned.vertices_b)
+    np.testing.assert_array_equal(hk.load("d.npz").vertices_b, aligned.vertices_b)
+    told = " ".join(capsys.readouterr().out.split())
+    assert "pairs 3: 10-10, 0-0, 5-5" in told
+    assert "f_%d.ply: the morph, a mesh per frame (3 files" in told
+    assert Path("m.glb").read_bytes()[:4] == b"glTF"
+
+
+def test_a_combined_mesh(folder, capsys):
+    assert main(["morph", "c.npz", "--no-align", "-o", "f_%d.ply", "--frames", "5"]) == 0
+    c = hk.load("c.npz")
+    for k in range(5):
+        np.testing.assert_array_equal(vertices(f"f_{k}.ply"), c.at(k / 4).vertices)
+    assert "combined c.npz: " in " ".join(capsys.readouterr().out.split())
+    assert main(["morph", "c.npz", "-o", "m.gltf", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["combined"] == "c.npz"
+    assert told["aligned"] is True
+    assert told["files"][0]["file"] == "m.gltf"
+
+
+def test_path_and_time(folder):
+    arguments = ["morph", "c.npz", "--no-align", "--frames", "3"]
+    assert main([*arguments, "--path", "rotation", "-o", "r_%d.ply"]) == 0
+    assert main([*arguments, "--time", "smoothstep", "-o", "s_%d.ply"]) == 0
+    c = hk.load("c.npz")
+    np.testing.assert_array_equal(vertices("r_1.ply"), c.at(0.5, path="rotation").vertices)
+    np.testing.assert_array_equal(vertices("s_1.ply"), c.at(0.5, time="smoothstep").vertices)
+
+
+@pytest.mark.parametrize(
+    ("side", "axis", "sign"), [("top", 1, 1), ("left", 0, -1), ("front", 2, 1)]
+)
+def test_sweep_changes_one_side_first(folder, side, axis, sign):
+    arguments = ["morph", "c.npz", "--no-align", "--frames", "9", "--sweep", side]
+    assert main([*arguments, "-o", "f_%d.ply"]) == 0
+    c = hk.load("c.npz")
+    height = sign * c.vertices_a[:, axis]
+    share = (vertices("f_2.ply") - c.vertices_a) / (c.vertices_b - c.vertices_a)
+    started = np.median(share, axis=1) > 0
+    assert started[height.argmax()]
+    assert not started[height.argmin()]
+    assert height[started].min() >= height[~started].max()
+    np.testing.assert_array_equal(vertices("f_8.ply"), c.vertices_b)
+
+
+def test_delay_from_a_file(folder, capsys):
+    c = hk.load("c.npz")
+    delay = np.linspace(0, 0.5, len(c.vertices_a))
+    np.save("delay.npy", delay)
+    arguments = ["morph", "c.npz", "--no-align", "--frames", "3", "-o", "f_%d.ply", "--delay"]
+    assert main([*arguments, "delay.npy"]) == 0
+    np.testing.assert_array_equal(vertices("f_1.ply"), c.at(0.5, delay=delay).vertices)
+    np.save("short.npy", delay[:4])
+    np.save("text.npy", np.array(["x"]))
+    Path("junk.npy").write_bytes(b"junk")
+    for name, reason in (
+        ("short.npy", "one per vertex"),
+        ("text.npy", "one array of numbers"),
+        ("junk.npy", "not a .npy file"),
+        ("c.npz", "one array of numbers"),
+        ("none.npy", "no such file"),
+    ):
+        assert main([*arguments, name]) == 2
+        assert reason in capsys.readouterr().err
+    assert main([*arguments, "delay.npy", "--sweep", "top"]) == 2
+
+
+def test_closed_surfaces_are_refused_clearly(folder, capsys):
+    tetrahedron = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    hk.write("closed.ply", hk.Mesh(np.vstack([np.zeros(3), np.eye(3)]), tetrahedron))
+    assert main(["morph", "a.ply", "closed.ply", "-o", "m.glb"]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("henkei: closed.ply: the surface is closed, and registering closed")
+    assert err.count("\n") == 1
+    assert not Path("m.glb").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["a.ply"], "two meshes are needed"),
+        ([], "two meshes are needed"),
+        (["a.ply", "b.ply", "a.ply"], "two meshes are needed"),
+        (["c.npz", "b.ply"], "two meshes are needed"),
+        (["c.npz", *OPTIONS], "is combined already"),
+        (["c.npz", "-o", "m.ply"], "nothing is written under the ending '.ply'"),
+        (["c.npz", "-o", "c.npz"], "would overwrite the input c.npz"),
+        (["c.npz", "--frames", "1"], ">= 2"),
+        (["c.npz", "--seconds", "0"], "> 0"),
+    ],
+)
+def test_refusals_leave_no_file(folder, capsys, arguments, reason):
+    before = set(folder.iterdir())
+    assert main(["morph", *arguments, "-o", "m.glb"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert reason in err
+    assert set(folder.iterdir()) == before
