@@ -84,9 +84,11 @@ def test_surfaces_turned_inside_out_are_noticed_and_can_be_flipped():
 
 
 @settings(max_examples=30, deadline=None)
-@given(seed=st.integers(0, 10**6), size=st.integers(10, 80), turn=st.floats(0, 6))
+@given(seed=st.integers(0, 10**6), size=st.integers(40, 120), turn=st.floats(0, 6))
 def test_proposals_for_a_moved_copy_pair_each_vertex_with_itself(seed, size, turn):
-    a = random_disk(seed, size)
+    disk = random_disk(seed, size)
+    x, y, z = disk.vertices.T
+    a = hk.Mesh(np.stack([2 * x + 0.8 * x**2, y + 0.4 * x, z], axis=1), disk.faces)  # an egg
     rotation = np.array(
         [[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
     )
@@ -94,6 +96,16 @@ def test_proposals_for_a_moved_copy_pair_each_vertex_with_itself(seed, size, tur
     pairs = hk.combine(a, moved, "auto").pairs
     assert np.array_equal(pairs[:, 0], pairs[:, 1])
     assert len(pairs) == min(8, len(a.topology.boundary_loops[0]))
+
+
+@pytest.mark.parametrize("stretch", [1.0, 2.0])
+def test_round_and_symmetric_loops_are_matched_as_they_lie(stretch):
+    a = hemisphere(4)
+    b = hk.Mesh(hemisphere(3).vertices * [stretch, 1, 1] + [4, 0, 0], hemisphere(3).faces)
+    pairs = hk.combine(hk.Mesh(a.vertices * [stretch, 1, 1], a.faces), b, "auto").pairs
+    for i, j in pairs.tolist():
+        p, q = a.vertices[i] * [stretch, 1, 1], b.vertices[j] - [4, 0, 0]
+        assert np.linalg.norm(p - q) < 0.2
 
 
 def test_corners_of_a_square_are_proposed():

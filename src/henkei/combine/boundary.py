@@ -20,6 +20,8 @@ Pairs = NDArray[np.integer] | Sequence[Any] | Literal["auto"]
 SNAP = 0.01  # of the diagonal: how far a point given as a pair may be from the boundary
 SAMPLES = 256  # per loop, to align two loops
 PROPOSED = 8  # pairs
+ALIKE = 0.998  # fits of two loops this near to the best are as good
+ROUND = 0.99  # if all fits are this near to the best, the loops are round
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,7 +251,8 @@ def _best_shift(a: Floats, b: Floats) -> float:
     """How far, as a fraction of its length, b must be run ahead to lie on a.
 
     The best similarity leaves the misfit ``|a|^2 - (s1 + s2 +- s3)^2 / |b|^2`` with the singular
-    values of the covariance (Umeyama 1991): the shift that makes their sum largest is sought.
+    values of the covariance (Umeyama 1991): shifts that make their sum largest are sought.
+    Where several do (a loop that is round, or long and symmetric), the one that turns b the least.
     """
     a, b = a - a.mean(axis=0), b - b.mean(axis=0)
     step = np.arange(SAMPLES)
@@ -257,7 +260,13 @@ def _best_shift(a: Floats, b: Floats) -> float:
     covariance = np.einsum("ki,skj->sij", a, shifted)
     values = np.linalg.svd(covariance, compute_uv=False)
     values[:, 2] *= np.sign(np.linalg.det(covariance))
-    return int(values.sum(axis=1).argmax()) / SAMPLES
+    fit = values.sum(axis=1)
+    best = (fit >= np.roll(fit, 1)) & (fit >= np.roll(fit, -1))
+    best &= fit >= ALIKE * fit.max()
+    if fit.min() > ROUND * fit.max():
+        best[:] = True
+    unturned = np.trace(covariance, axis1=1, axis2=2)  # large where little turning is needed
+    return int(np.where(best, unturned, -np.inf).argmax()) / SAMPLES
 
 
 def _corners(points: Floats, arc: Floats, count: int) -> NDArray[np.intp]:
