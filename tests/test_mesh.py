@@ -161,3 +161,18 @@ def test_places_pull_values():
     assert np.array_equal(labels[c.vertex_of_a], np.arange(len(mesh.vertices)))
     with pytest.raises(InvalidInput, match="3 rows of values"):
         c.on_a.pull(mesh, np.zeros(3))
+
+
+def test_arrays_of_other_libraries_come_along():
+    mesh = hemisphere(1)
+    height, part = mesh.vertices[:, 2], np.arange(len(mesh.faces))
+    dressed = hk.Mesh(
+        mesh.vertices, mesh.faces, attributes=hk.Attributes({"height": height}, {}, {"part": part})
+    )
+    for other in (dressed.to_pyvista(), dressed.to_meshio()):
+        back = hk.Mesh.from_any(other).attributes
+        assert np.array_equal(back.vertex["height"], height)
+        assert np.array_equal(back.face["part"], part)
+    coloured = mesh.to_trimesh()
+    coloured.visual.vertex_colors = np.tile([255, 0, 51, 255], (len(mesh.vertices), 1))
+    assert np.allclose(hk.Mesh.from_any(coloured).attributes.vertex["color"][3], [1, 0, 0.2, 1])

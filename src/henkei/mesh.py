@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -203,12 +202,15 @@ class Mesh(Surface):
     @classmethod
     def from_any(cls, source: Any) -> Mesh:
         """A triangle mesh from a path, a ``(vertices, faces)`` pair, or an object of henkei,
-        trimesh, PyVista or meshio. Larger faces are split, see :meth:`PolygonMesh.triangulated`.
+        trimesh, PyVista or meshio (with their arrays per vertex and per face as attributes).
+        Larger faces are split, see :meth:`PolygonMesh.triangulated`.
 
         Raises
         ------
         InvalidInput : the source is none of these.
         """
+        from henkei.interchange import surface_from
+
         surface = surface_from(source)
         return surface.triangulated() if isinstance(surface, PolygonMesh) else surface
 
@@ -348,40 +350,6 @@ def _fan_triangles(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int6
     parent = np.concatenate(parents)
     order = np.argsort(parent, kind="stable")
     return np.concatenate(corners)[order], parent[order]
-
-
-def surface_from(source: Any) -> Mesh | PolygonMesh:
-    """A mesh with its faces as they are, from whatever :meth:`Mesh.from_any` takes."""
-    if isinstance(source, Mesh | PolygonMesh):
-        return source
-    if isinstance(source, str | os.PathLike):
-        from henkei.io import read
-
-        return read(source)
-    kind = type(source).__module__.partition(".")[0]
-    if kind == "trimesh":
-        return Mesh(source.vertices, source.faces)
-    if kind == "pyvista":
-        return simplest(PolygonMesh(source.points, _vtk_cells(source)))
-    if kind == "meshio":
-        blocks = [b.data for b in source.cells if b.type in ("triangle", "quad", "polygon")]
-        return simplest(
-            PolygonMesh.from_faces(source.points, [list(face) for b in blocks for face in b])
-        )
-    if isinstance(source, tuple) and len(source) == 2:
-        faces = source[1]
-        if isinstance(faces, tuple) or (np.ndim(faces) == 2 and np.shape(faces)[1] != 3):
-            return PolygonMesh(source[0], faces)
-        return Mesh(source[0], faces)
-    raise InvalidInput(
-        f"cannot make a mesh from {type(source).__name__}; give a path, (vertices, faces), "
-        "or an object of henkei, trimesh, PyVista or meshio"
-    )
-
-
-def _vtk_cells(data: Any) -> Ragged:
-    cells = data.GetPolys()
-    return np.asarray(cells.GetConnectivityArray()), np.asarray(cells.GetOffsetsArray())
 
 
 def simplest(surface: PolygonMesh) -> Mesh | PolygonMesh:

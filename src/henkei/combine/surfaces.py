@@ -13,7 +13,8 @@ from henkei.geometry.correspondence import SurfacePoints
 from henkei.geometry.holes import fill_holes
 from henkei.geometry.repair import without_unused_vertices
 from henkei.geometry.requirements import require_disk, require_disk_with_holes
-from henkei.mesh import Mesh, PolygonMesh, surface_from
+from henkei.interchange import surface_from
+from henkei.mesh import Mesh, PolygonMesh
 from henkei.topology import Ints
 
 
