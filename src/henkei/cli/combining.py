@@ -20,6 +20,7 @@ from henkei.errors import InvalidInput, InvalidMesh, some
 from henkei.io import read
 from henkei.mesh import Mesh, PolygonMesh
 from henkei.progress import Progress
+from henkei.workflows.landmark_files import read_landmark_points
 from henkei.workflows.pairs import read_pairs, write_pairs
 
 NO_DEFAULT = Parameter(show_default=False)
@@ -44,6 +45,9 @@ class Combining:
         `--pairs`; one file may hold both, as `{"pairs": [...], "landmarks": [...]}`.
     landmark
         One more pair of vertices inside; may be repeated.
+    landmark_files
+        Landmarks inside from two files, one for each surface: `.vts`, MeshLab's `.pp`, 3D Slicer's
+        `.mrk.json` or `.fcsv`. Paired by name if both have the same names, else in order.
     save_pairs
         Write the pairs and landmarks that were used to this JSON file, to edit and use again.
     fill_holes
@@ -66,6 +70,7 @@ class Combining:
     pair: Indices = ()
     landmarks: Path | None = None
     landmark: Indices = ()
+    landmark_files: Annotated[tuple[Path, Path] | None, NO_DEFAULT] = None
     save_pairs: Path | None = None
     fill_holes: Flag = False
     drop_fill: Flag = False
@@ -201,12 +206,17 @@ def chosen_landmarks(how: Combining) -> NDArray[Any]:
     ------
     InvalidInput : they cannot be used together.
     """
-    return _together(how.landmarks, "landmarks", how.landmark)
+    if how.landmark_files is None:
+        return _together(how.landmarks, "landmarks", how.landmark)
+    if how.landmarks or how.landmark:
+        raise InvalidInput("--landmark-files cannot be joined with --landmarks or --landmark")
+    return read_landmark_points(*how.landmark_files)
 
 
 def read_files(how: Combining) -> list[Path]:
     """What is read beside the meshes."""
-    return [Path(str(f)) for f in (how.pairs, how.landmarks) if f not in (None, "auto")]
+    files = (how.pairs, how.landmarks, *(how.landmark_files or ()))
+    return [Path(str(file)) for file in files if file not in (None, "auto")]
 
 
 def _together(
