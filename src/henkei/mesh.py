@@ -363,6 +363,8 @@ def simplest(surface: PolygonMesh) -> Mesh | PolygonMesh:
 
 
 def _array(values: ArrayLike, dtype: type[np.generic]) -> NDArray[Any]:
+    if np.iscomplexobj(values):
+        raise InvalidMesh("vertices must be real numbers, these are complex")
     return _frozen(np.array(values, dtype=dtype, order="C"))
 
 

@@ -66,7 +66,7 @@ def test_a_turn_of_two_landmarks_around_each_other():
 
 def test_two_landmarks_cannot_share_a_place():
     marks = np.array([np.linalg.norm(FLAT - p, axis=1).argmin() for p in ((0.2, 0), (-0.2, 0))])
-    with pytest.raises(Infeasible, match="landmarks"):
+    with pytest.raises(Infeasible, match="triangles between them"):
         flowed(FLAT, FACES, marks, np.zeros((2, 2)), SIDES)
 
 
@@ -106,3 +106,17 @@ def test_wrong_landmarks_are_refused(landmarks, says):
     a, b, pairs = middle_pairs()
     with pytest.raises(InvalidInput, match=says):
         hk.combine(a, b, pairs, landmarks=landmarks)
+
+
+def test_exchanged_landmarks_are_named():
+    a, b, pairs = middle_pairs()
+    at = [(x, y) for x in (-0.5, 0, 0.5) for y in (-0.5, 0, 0.5)]
+    of_b = [int(np.linalg.norm(b.vertices[:, :2] - p, axis=1).argmin()) for p in at]
+    of_a = [
+        int(np.linalg.norm(a.vertices[:, :2] - q, axis=1).argmin())
+        for q in [(0.5 - 0.3 * (x - y), 0.5 - 0.3 * (x + y)) for x, y in at]
+    ]
+    of_b[4], of_b[1] = of_b[1], of_b[4]
+    wrong = f"{of_a[4]}-{of_b[4]}"
+    with pytest.raises(Infeasible, match=f"fit the others least are .*{wrong}"):
+        hk.combine(a, b, pairs, landmarks=list(zip(of_a, of_b, strict=True)))

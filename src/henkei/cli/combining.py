@@ -21,7 +21,7 @@ from henkei.io import read
 from henkei.mesh import Mesh, PolygonMesh
 from henkei.progress import Progress
 from henkei.workflows.landmark_files import read_landmark_points
-from henkei.workflows.pairs import read_pairs, write_pairs
+from henkei.workflows.pairs import holds, read_pairs, write_pairs
 
 NO_DEFAULT = Parameter(show_default=False)
 Flag = Annotated[bool, NO_DEFAULT]
@@ -42,7 +42,8 @@ class Combining:
         One more pair of vertices, as in `--pair 12 40`; may be repeated.
     landmarks
         Corresponding vertices inside the surfaces (eyes, mouths), in a JSON file like that of
-        `--pairs`; one file may hold both, as `{"pairs": [...], "landmarks": [...]}`.
+        `--pairs`. One file may hold both, as `{"pairs": [...], "landmarks": [...]}`; then `--pairs`
+        alone takes both.
     landmark
         One more pair of vertices inside; may be repeated.
     landmark_files
@@ -92,6 +93,8 @@ class Source:
     @classmethod
     def read(cls, name: str, path: Path) -> Source:
         """The surface in a file."""
+        if path.suffix.lower() == ".npz":
+            raise InvalidInput(f"{path}: not a mesh but a result; henkei morph takes it")
         return cls(name, path, read(path))
 
     @property
@@ -207,10 +210,19 @@ def chosen_landmarks(how: Combining) -> NDArray[Any]:
     InvalidInput : they cannot be used together.
     """
     if how.landmark_files is None:
-        return _together(how.landmarks, "landmarks", how.landmark)
+        file = how.landmarks or _landmarks_beside_pairs(how)
+        return _together(file, "landmarks", how.landmark)
     if how.landmarks or how.landmark:
         raise InvalidInput("--landmark-files cannot be joined with --landmarks or --landmark")
     return read_landmark_points(*how.landmark_files)
+
+
+def _landmarks_beside_pairs(how: Combining) -> Path | None:
+    """The file of pairs, if it holds landmarks too."""
+    if how.pairs in (None, "auto"):
+        return None
+    file = Path(str(how.pairs))
+    return file if holds(file, "landmarks") else None
 
 
 def read_files(how: Combining) -> list[Path]:

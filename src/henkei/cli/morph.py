@@ -147,8 +147,8 @@ def _delays(file: Path, result: CombinedMesh) -> Floats:
         values = np.load(file, allow_pickle=False)
     except FileNotFoundError:
         raise InvalidFile(f"{file}: there is no such file") from None
-    except (OSError, ValueError, EOFError) as error:
-        raise InvalidFile(f"{file}: not a .npy file of numbers ({error})") from None
+    except (OSError, ValueError, EOFError):
+        raise InvalidFile(f"{file}: not a .npy file of numbers, as numpy.save writes it") from None
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "iuf":
         raise InvalidFile(f"{file}: not a .npy file of one array of numbers")
     return checked_delay(values, len(result.vertices_a))

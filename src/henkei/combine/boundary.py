@@ -3,7 +3,7 @@ landmarks inside."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -110,6 +110,8 @@ def _as_vertices(
     snap: float,
 ) -> NDArray[np.integer]:
     """What was given, as vertices ``(k, 2)``: points are snapped to the nearest candidates."""
+    if isinstance(given, Iterator):
+        given = list(given)
     try:
         table = np.asarray(given)
     except ValueError:
@@ -191,7 +193,8 @@ def _in_order(a: Boundary, b: Boundary, pairs: NDArray[np.integer]) -> Ints:
     if rises == 1:
         raise InvalidInput(
             f"the pairs {listed} run along a's boundary in one direction and along b's in the "
-            "other; if the pairs are right, one surface is inside out: use its .flipped()"
+            "other; either two pairs are exchanged, or one surface is inside out: use its "
+            ".flipped()"
         )
     raise InvalidInput(
         f"the pairs are in crossing order: in the order of a's boundary they are {listed}, "

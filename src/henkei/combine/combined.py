@@ -66,7 +66,7 @@ class CombineQuality:
     bits: int
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CombinedMesh:
     """Two disks in one mesh. Made by :func:`henkei.combine`.
 
@@ -95,6 +95,10 @@ class CombinedMesh:
     edge_on_b: Ints
     plane_vertices: NDArray[np.int64]
     quality: CombineQuality
+
+    def __repr__(self) -> str:
+        sizes = f"{len(self.vertices_a)} vertices, {len(self.faces)} faces"
+        return f"CombinedMesh({sizes}, {len(self.pairs)} pairs, {len(self.landmarks)} landmarks)"
 
     @property
     def faces(self) -> Ints:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from henkei._kernels import not_positive
+from henkei.errors import Infeasible, some
 from henkei.geometry.disk import (
     Flattening,
     Refined,
@@ -140,6 +141,34 @@ def _brought_together(
     a: Side, b: Side, flat_a: Flattening, flat_b: Flattening, landmarks: Ints, sides: int
 ) -> tuple[Flattening, Flattening]:
     of_a, of_b = landmarks.T
+    try:
+        return _flowed(a, b, flat_a, flat_b, landmarks, sides)
+    except Infeasible as error:
+        misfit = _misfit(flat_a.positions[of_a], flat_b.positions[of_b])
+        worst = np.argsort(-misfit, kind="stable")[:4]
+        named = some([f"{i}-{j}" for i, j in landmarks[worst].tolist()])
+        raise Infeasible(
+            f"the landmarks cannot be brought together: {error}. Those that fit the others least "
+            f"are {named} (vertices of a and b): check whether two are exchanged"
+        ) from None
+
+
+def _misfit(there: Floats, here: Floats) -> Floats:
+    """How far each point is from where an affine map of the others takes it: least absolute
+    deviations, by reweighted least squares."""
+    frame = np.column_stack([there, np.ones(len(there))])
+    away = np.ones(len(there))
+    for _ in range(20):
+        root = 1 / np.sqrt(np.maximum(away, 1e-9))[:, None]
+        fit = np.linalg.lstsq(root * frame, root * here, rcond=None)[0]
+        away = np.linalg.norm(here - frame @ fit, axis=1)
+    return away
+
+
+def _flowed(
+    a: Side, b: Side, flat_a: Flattening, flat_b: Flattening, landmarks: Ints, sides: int
+) -> tuple[Flattening, Flattening]:
+    of_a, of_b = landmarks.T
     halfway = (flat_a.positions[of_a] + flat_b.positions[of_b]) / 2
     moved_a = flowed(flat_a.positions, a.refined.mesh.faces, of_a, halfway, sides)
     moved_b = flowed(flat_b.positions, b.refined.mesh.faces, of_b, halfway, sides)
@@ -166,6 +195,8 @@ def _injective(side: Side, polygon: Polygon, column: int, spread: bool) -> Flatt
     positions = polygon_points(polygon.parameter, polygon.sides)[own]
     folded: NDArray[np.integer] = np.empty(0, dtype=np.int32)
     for flat in flattenings(side.refined.mesh, boundary, positions, spread):
+        if flat is None:
+            continue
         for bits in RESOLUTIONS:
             points = _snap(flat.positions, bits)
             folded = _folded(side, polygon, column, points, bits)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array
 
-from henkei.errors import Infeasible
+from henkei.errors import Infeasible, NotConverged
 from henkei.geometry.weights import cotangent_matrix, edge_matrix, mean_value_matrix
 from henkei.mesh import Floats, Mesh
 from henkei.solve import factor_general, factor_spd
@@ -171,13 +171,13 @@ class Flattening:
 
 def flattenings(
     mesh: Mesh, boundary: Ints, positions: Floats, spread: bool = False
-) -> Iterator[Flattening]:
+) -> Iterator[Flattening | None]:
     """Maps of the mesh into the plane with its boundary at the positions, most faithful first.
 
     The harmonic map by cotangent weights (eq. 1-5), which may fold triangles over; then mean value
     and uniform weights, which in exact arithmetic never do; then weights that pull outward, for
     long shapes whose far end the others crowd beyond the resolution of floats; only these if the
-    surface is to be ``spread``.
+    surface is to be ``spread``. None stands for a system that rounding makes unsolvable.
     """
     if not spread:
         yield _solve(mesh, boundary, positions, cotangent_matrix(mesh), "cotangent")
@@ -224,7 +224,7 @@ def _solve(
     weights: csr_array[np.float64],
     name: str,
     symmetric: bool = True,
-) -> Flattening:
+) -> Flattening | None:
     """The map in which each inner vertex is the weighted mean of its neighbours (eq. 5)."""
     inner = np.ones(len(mesh.vertices), dtype=bool)
     inner[boundary] = False
@@ -234,8 +234,11 @@ def _solve(
         return Flattening(flat, name, "none")
     rows: Any = weights[inner]
     system: Any = (diags_array(rows.sum(axis=1)) - rows[:, inner]).tocsc()
-    factor = factor_spd(system) if symmetric else factor_general(system)
-    flat[inner] = factor.solve(rows[:, boundary] @ positions)
+    try:
+        factor = factor_spd(system) if symmetric else factor_general(system)
+        flat[inner] = factor.solve(rows[:, boundary] @ positions)
+    except (Infeasible, NotConverged):
+        return None
     return Flattening(flat, name, factor.backend)
 
 

@@ -104,7 +104,7 @@ def local_times(
     ------
     InvalidInput : ``t`` is outside [0, 1], or ``delay`` has another shape or range.
     """
-    if not (np.ndim(t) == 0 and 0 <= t <= 1):
+    if not (isinstance(t, int | float | np.number) and 0 <= t <= 1):
         raise InvalidInput(f"t must be a number from 0 to 1, it is {t}")
     ease = time_function(time)
     if delay is None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from henkei.errors import Infeasible, some
+from henkei.errors import Infeasible
 from henkei.mesh import Floats
 from henkei.topology import Ints
 
@@ -50,17 +50,12 @@ def flowed(
         while not _upright(placed, placed + part * field, faces):
             part /= 2
             if part < SHORTEST:
-                stuck = np.argsort(-np.linalg.norm(way, axis=1))
-                raise Infeasible(
-                    f"the landmarks (vertices {some(landmarks[stuck].tolist())}, the farthest from "
-                    "its place first) cannot be brought together without turning triangles over; "
-                    "check their order, drop some, or refine the mesh around them"
-                )
+                raise Infeasible("on the straightest way, triangles between them would turn over")
         placed += part * field
         if part == 1:
             placed[landmarks] = targets
             return placed
-    raise Infeasible(f"the landmarks did not arrive in {STEPS} steps")
+    raise Infeasible(f"they did not arrive in {STEPS} steps")
 
 
 def _field(points: Floats, centres: Floats, values: Floats, sides: int) -> Floats:

@@ -48,6 +48,9 @@ class Problem:
 
 Check = Callable[[Surface], Problem | None]
 
+LEAST, MOST = 1e-100, 1e100  # extent, so that squares of lengths neither vanish nor overflow
+ROUNDING = 1e-12  # extent by distance from the origin
+
 
 def problems(surface: Surface, groups: Sequence[Sequence[Check]]) -> list[Problem]:
     """All problems of the first group of checks that finds any."""
@@ -85,12 +88,12 @@ def require_oriented(surface: Surface) -> None:
 
 
 def require_disk(surface: Surface) -> None:
-    """The surface is finite, manifold, oriented and connected, uses all its vertices, is made of
-    triangles, and has exactly one boundary loop and no handle.
+    """The surface is finite, manifold, oriented and connected, and has exactly one boundary
+    loop and no handle.
 
     Raises
     ------
-    NotFinite, DegenerateFaces, NotManifold, NotOriented, NotADisk; InvalidMesh for polygons
+    NotFinite, DegenerateFaces, NotManifold, NotOriented, NotADisk; InvalidMesh for extreme scales
     """
     _require(surface, DISK)
 
@@ -100,7 +103,7 @@ def require_disk_with_holes(surface: Surface) -> None:
 
     Raises
     ------
-    NotFinite, DegenerateFaces, NotManifold, NotOriented, NotADisk; InvalidMesh for polygons
+    NotFinite, DegenerateFaces, NotManifold, NotOriented, NotADisk; InvalidMesh for extreme scales
     """
     _require(surface, DISK_WITH_HOLES)
 
@@ -110,18 +113,6 @@ def has_faces(surface: Surface) -> Problem | None:
     if surface.face_count:
         return None
     return Problem(NotADisk, "the mesh has no faces", "give a surface mesh, not a point cloud")
-
-
-def triangles(surface: Surface) -> Problem | None:
-    """No face with more than three corners."""
-    more = np.flatnonzero(np.diff(surface.offsets) > 3)
-    if not len(more):
-        return None
-    return Problem(
-        InvalidMesh,
-        f"{_count(len(more), 'face')} {_have(len(more))} more than three corners: {some(more)}",
-        "mesh.triangulated() splits them",
-    )
 
 
 def finite(surface: Surface) -> Problem | None:
@@ -134,6 +125,22 @@ def finite(surface: Surface) -> Problem | None:
         f"{_count(len(bad), 'vertex', 'vertices')} {_have(len(bad))} NaN or infinite coordinates: "
         f"{some(bad)}",
         "remove them and their faces, or give them positions",
+    )
+
+
+def measurable(surface: Surface) -> Problem | None:
+    """Neither so large, so small nor so far from the origin that lengths drown in rounding."""
+    used = surface.vertices[surface.indices]
+    with np.errstate(over="ignore"):
+        extent = float(np.ptp(used, axis=0).max()) if len(used) else 0.0
+    farthest = float(np.abs(used).max()) if len(used) else 0.0
+    if LEAST <= extent <= MOST and farthest < extent / ROUNDING:
+        return None
+    return Problem(
+        InvalidMesh,
+        f"the mesh is {extent:.3g} long and up to {farthest:.3g} from the origin: its edges "
+        "cannot be measured in double precision",
+        "scale it to a sensible size, or move it to the origin before its digits are lost",
     )
 
 
@@ -207,18 +214,6 @@ def connected(surface: Surface) -> Problem | None:
         NotADisk,
         f"the mesh has {count} separate pieces, of {some(sizes)} faces",
         _weld_first(surface) + "henkei.largest_component(mesh) keeps the largest",
-    )
-
-
-def vertices_used(surface: Surface) -> Problem | None:
-    """Every vertex belongs to a face."""
-    unused = surface.topology.unused_vertices
-    if not len(unused):
-        return None
-    return Problem(
-        NotADisk,
-        f"no face uses {_count(len(unused), 'vertex', 'vertices')}: {some(unused)}",
-        "henkei.without_unused_vertices(mesh) removes them",
     )
 
 
@@ -317,7 +312,7 @@ def _pairs(edges: Ints) -> list[str]:
 
 MANIFOLD: list[list[Check]] = [[not_degenerate], [manifold]]
 ORIENTED: list[list[Check]] = [*MANIFOLD, [oriented]]
-_PIECE: list[list[Check]] = [[has_faces, finite], *ORIENTED, [connected, vertices_used]]
-DISK_WITH_HOLES: list[list[Check]] = [*_PIECE, [triangles, has_boundary, no_handles]]
-DISK: list[list[Check]] = [*_PIECE, [triangles, has_boundary, no_handles, one_loop]]
-SPHERE_OR_DISK: list[list[Check]] = [*_PIECE, [triangles, no_handles, one_loop]]
+_PIECE: list[list[Check]] = [[has_faces, finite], [measurable], *ORIENTED, [connected]]
+DISK_WITH_HOLES: list[list[Check]] = [*_PIECE, [has_boundary, no_handles]]
+DISK: list[list[Check]] = [*_PIECE, [has_boundary, no_handles, one_loop]]
+SPHERE_OR_DISK: list[list[Check]] = [*_PIECE, [no_handles, one_loop]]

@@ -247,7 +247,10 @@ def _qdldl(matrix: Matrix) -> Solver:
     import qdldl
 
     upper = sparse.csc_matrix(sparse.triu(matrix, format="csc"))
-    solver = qdldl.Solver(upper, upper=True)
+    try:
+        solver = qdldl.Solver(upper, upper=True)
+    except RuntimeError as error:
+        raise _singular(int(matrix.shape[0])) from error
     pivots = solver.factors()[1]
     if not (pivots > 0).all():
         raise _singular(int(matrix.shape[0]))

@@ -71,6 +71,15 @@ def read_pairs(
     return np.array(pairs, dtype=np.int64 if kinds[0] == "vertices" else np.float64)
 
 
+def holds(path: str | os.PathLike[str], kind: Literal["pairs", "landmarks"]) -> bool:
+    """Whether a file names a list of this kind, whatever else is wrong with it."""
+    try:
+        content = json.loads(Path(path).read_bytes().decode("utf-8-sig"))
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(content, dict) and kind in content
+
+
 def write_pairs(path: str | os.PathLike[str], pairs: Ints, landmarks: Ints | None = None) -> None:
     """Write vertex pairs ``(k, 2)``, one a line, as :func:`read_pairs` reads them.
 
