@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from henkei.combine import combine
 from henkei.errors import Cancelled, InvalidInput, NotFinite
 from henkei.geometry.correspondence import Correspondence, SurfacePoints
 from henkei.geometry.interpolation import between, path_of
@@ -18,6 +19,7 @@ from henkei.io import read
 from henkei.mesh import Attributes, Mesh
 from henkei.morph.film import unit_normals
 from henkei.morph.write import write_morph
+from henkei.shapes import hemisphere
 
 DTYPES = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -367,3 +369,13 @@ def test_bad_morphs_are_refused(sheet: Correspondence, tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="not Mesh"):
         write_morph(tmp_path / "m.glb", Mesh(sheet.vertices_a, sheet.faces))  # type: ignore[arg-type]
     assert not list(tmp_path.iterdir())
+
+
+def test_frames_of_a_longer_sequence_are_not_left_among_new_ones(tmp_path):
+    c = combine(hemisphere(1), hemisphere(1))
+    write_morph(tmp_path / "f_%03d.ply", c, frames=5)
+    write_morph(tmp_path / "f_%03d.ply", c, frames=5)
+    with pytest.raises(InvalidInput, match=r"would not replace: f_003.ply, f_004.ply"):
+        write_morph(tmp_path / "f_%03d.ply", c, frames=3)
+    with pytest.raises(InvalidInput, match="numbered names are for meshes"):
+        write_morph(tmp_path / "f_%03d.png", c)

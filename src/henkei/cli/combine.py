@@ -8,7 +8,15 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from henkei.cli.combining import Combining, Flag, Source, combination, read_files
+from henkei.cli.combining import (
+    Combining,
+    Flag,
+    Source,
+    alignment_line,
+    combination,
+    listing,
+    read_files,
+)
 from henkei.cli.console import console, progress_bar
 from henkei.cli.outputs import planned, shown, written
 from henkei.errors import InvalidInput
@@ -59,6 +67,7 @@ def combine(
     with progress_bar() as progress:
         sources = Source.read("a", a), Source.read("b", b)
         done = combination(sources, how, part(progress, 0.0, 0.6))
+        moved = [alignment_line(done.result)] if align else []
         result = done.result.aligned() if align else done.result
         files = written(plans, result, {}, part(progress, 0.6, 1.0))
     if json:
@@ -67,4 +76,6 @@ def combine(
         return
     out = console()
     done.show(out)
+    if moved:
+        out.print(listing(moved))
     out.print(shown(files))

@@ -17,6 +17,7 @@ from rich.text import Text
 from henkei.combine import CombinedMesh, combine
 from henkei.combine.boundary import SNAP, Pairs
 from henkei.errors import InvalidInput, InvalidMesh, some
+from henkei.geometry.alignment import surface_similarity
 from henkei.io import read
 from henkei.mesh import Mesh, PolygonMesh
 from henkei.progress import Progress
@@ -277,6 +278,13 @@ def quality_lines(result: CombinedMesh) -> list[tuple[str, str]]:
         ("area error", f"a: {q.area_error_a:.1e}; b: {q.area_error_b:.1e} (relative)"),
         ("vertex error", f"a: {q.vertex_error_a:.1e}; b: {q.vertex_error_b:.1e} (of the diagonal)"),
     ]
+
+
+def alignment_line(result: CombinedMesh) -> tuple[str, str]:
+    """How b is moved onto a, in words."""
+    onto = surface_similarity(result.correspondence)
+    angle = float(np.degrees(np.arccos(np.clip((np.trace(onto.rotation) - 1) / 2, -1, 1))))
+    return "aligned", f"b turned by {angle:.1f} degrees, scaled by {onto.scale:.4g} onto a"
 
 
 def listing(lines: Sequence[tuple[str, str]]) -> Table:

@@ -15,6 +15,7 @@ from henkei.cli.combining import (
     Combining,
     Flag,
     Source,
+    alignment_line,
     combination,
     listing,
     read_files,
@@ -87,6 +88,7 @@ def morph(
         raise InvalidInput("--sweep and --delay both say when vertices start; give one")
     with progress_bar() as progress:
         told, result = _result(inputs, how, part(progress, 0.0, 0.4))
+        moved = [alignment_line(result)] if align else []
         result = result.aligned() if align else result
         settings = {
             "frames": frames,
@@ -107,6 +109,8 @@ def morph(
     else:
         sizes = f"{len(result.vertices_a):,} vertices, {len(result.faces):,} faces"
         out.print(listing([("combined", f"{inputs[0]}: {sizes}")]))
+    if moved:
+        out.print(listing([(moved[0][0], f"{moved[0][1]}; --no-align leaves it as it lies")]))
     out.print(shown(files))
 
 

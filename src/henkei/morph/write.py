@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from henkei.errors import InvalidInput, MissingDependency
+from henkei.errors import InvalidInput, MissingDependency, some
 from henkei.geometry.correspondence import Correspondence, HasCorrespondence
 from henkei.geometry.interpolation import Path as MorphPath
 from henkei.geometry.interpolation import Time, checked_delay, path_of, time_function
@@ -131,6 +131,8 @@ def _kind(path: object) -> tuple[Path, Any]:
                 f"in {target.with_stem(target.stem + '_%04d')}, or give a folder"
             )
         return target, _write_numbered
+    if NUMBER.search(target.name):
+        raise InvalidInput(f"{target}: numbered names are for meshes only: {', '.join(MESHES)}")
     if suffix in USD and find_spec("pxr") is None:
         raise MissingDependency(f"{target}: USD needs pip install henkei[usd]")
     for suffixes, writer in (
@@ -165,10 +167,20 @@ def _write_usd(path: Path, film: Film) -> None:
 def _write_numbered(path: Path, film: Film) -> None:
     from henkei.io import write
 
-    for k, mesh in enumerate(film.meshes()):
-        pattern = NUMBER.search(path.name)
-        assert pattern is not None
-        write(path.with_name(path.name.replace(pattern[0], pattern[0] % k)), mesh)
+    pattern = NUMBER.search(path.name)
+    assert pattern is not None
+    before, after = path.name[: pattern.start()], path.name[pattern.end() :]
+    names = [before + pattern[0] % k + after for k in range(film.frames)]
+    numbered = re.compile(re.escape(before) + r"\d+" + re.escape(after))
+    folder = path.parent.iterdir() if path.parent.is_dir() else ()
+    left = sorted(f.name for f in folder if numbered.fullmatch(f.name) and f.name not in names)
+    if left:
+        raise InvalidInput(
+            f"{path.parent} holds frames that this sequence of {film.frames} would not replace: "
+            f"{some(left, 3)}; remove them, or choose another name"
+        )
+    for name, mesh in zip(names, film.meshes(), strict=True):
+        write(path.with_name(name), mesh)
 
 
 def _write_strip(path: Path, film: Film) -> None:
