@@ -40,7 +40,7 @@ def vertices_for(faces: int) -> int:
 def side_of(mesh: Mesh) -> Side:
     """A disk with evenly spread corners."""
     loop = mesh.topology.boundary_loops[0]
-    return Side.of(mesh, loop, np.linspace(0, len(loop), CORNERS, endpoint=False).astype(int))
+    return Side.of("", mesh, loop, np.linspace(0, len(loop), CORNERS, endpoint=False).astype(int))
 
 
 def common_plane(a: Side, b: Side) -> CommonPlane:

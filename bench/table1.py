@@ -68,7 +68,7 @@ def _row(pair: Pair) -> dict[str, Any]:
 def _side(mesh: Mesh, corners: Ints) -> Side:
     loop = mesh.topology.boundary_loops[0]
     loop = np.roll(loop, -int(np.flatnonzero(loop == corners[0])[0]))
-    return Side.of(mesh, loop, np.flatnonzero(np.isin(loop, corners)))
+    return Side.of("", mesh, loop, np.flatnonzero(np.isin(loop, corners)))
 
 
 def _embed(mesh: Mesh, corners: Ints, polygon: Polygon, column: int, wanted: Flattening) -> None:

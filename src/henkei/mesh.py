@@ -363,16 +363,27 @@ def simplest(surface: PolygonMesh) -> Mesh | PolygonMesh:
 
 
 def _array(values: ArrayLike, dtype: type[np.generic]) -> NDArray[Any]:
-    if np.iscomplexobj(values):
-        raise InvalidMesh("vertices must be real numbers, these are complex")
+    given = _table(values, "vertices")
+    if given.dtype.kind not in "biuf":
+        raise InvalidMesh(f"vertices must be real numbers, these are {given.dtype}")
     return _frozen(np.array(values, dtype=dtype, order="C"))
 
 
+def _table(values: ArrayLike, name: str) -> NDArray[Any]:
+    try:
+        return np.asarray(values)
+    except ValueError:
+        raise InvalidMesh(
+            f"{name} must be a table with rows of one length; PolygonMesh.from_faces takes others"
+        ) from None
+
+
 def _integers(values: ArrayLike) -> NDArray[np.int32]:
-    given = np.asarray(values)
+    given = _table(values, "faces")
     if given.size and not np.issubdtype(given.dtype, np.integer):
         raise InvalidMesh(f"faces must be integers, these are {given.dtype}")
-    if given.size and given.max() > np.iinfo(np.int32).max:
+    limits = np.iinfo(np.int32)
+    if given.size and (given.max() > limits.max or given.min() < limits.min):
         raise InvalidMesh("vertex indices beyond 2**31 are not supported")
     return _frozen(np.array(given, dtype=np.int32, order="C"))
 

@@ -370,3 +370,53 @@ def test_progress_is_reported_and_can_cancel():
 
     with pytest.raises(hk.errors.Cancelled):
         hk.combine(hemisphere(2), hemisphere(1), progress=cancel)
+
+
+def test_a_vertex_a_rounding_away_from_a_slanted_side():
+    """On the coarsest grid the rounded side would pass on its wrong side."""
+    turn = 2 * np.pi * np.arange(3) / 3
+    corner = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    inward, along = -(corner[0] + corner[1]), (corner[1] - corner[0]) / np.sqrt(3)
+
+    def on_side(part):
+        return corner[0] * (1 - part) + corner[1] * part
+
+    for part, height, shift in ((0.121, 0.52e-9, 5.17e-9), (0.718, 0.31e-9, 4.22e-9)):
+        near = on_side(part + 0.005) + height * inward + shift * along
+        middle = [on_side(part + 0.005), near, on_side(part), on_side(part + 0.01)]
+        a = hk.Mesh(
+            np.vstack([corner, middle]),
+            [[5, 4, 2], [6, 1, 2], [3, 6, 4], [4, 6, 2], [5, 3, 4], [0, 5, 2]],
+        )
+        b = hk.Mesh(np.vstack([corner, middle[2:]]), [[0, 3, 2], [3, 4, 2], [4, 1, 2]])
+        assert_combined(a, b, hk.combine(a, b, [(0, 0), (1, 1), (2, 2)]))
+
+
+def test_weights_give_way_where_vertices_coincide():
+    a = grid(4, 4)
+    vertices = a.vertices.copy()
+    vertices[7] = (vertices[6] + vertices[8]) / 2
+    vertices[12] = vertices[13] = vertices[6]
+    pinched = hk.Mesh(vertices, a.faces)
+    c = hk.combine(pinched, a, [(0, 0), (4, 4), (24, 24), (20, 20)])
+    assert_combined(pinched, a, c)
+    assert c.quality.weights_a != "cotangent"
+
+
+def test_a_nan_attribute_stays_at_its_vertex():
+    a = grid(4, 4)
+    values = np.arange(25.0)
+    values[6] = np.nan
+    c = hk.combine(hk.Mesh(a.vertices, a.faces, attributes=hk.Attributes({"v": values})), a)
+    carried = c.mesh_a.attributes.vertex["v"][c.vertex_of_a]
+    assert np.flatnonzero(np.isnan(carried)).tolist() == [6]
+
+
+def test_landmarks_at_one_place_are_refused():
+    tube = closed_tube(around=4, along=19, radius=1.0, length=19.0)
+    top = len(tube.vertices) - 1
+    other = hk.Mesh(tube.vertices * [1, 1, 1.1], tube.faces)
+    with pytest.raises(HenkeiError):
+        hk.combine(
+            tube, other, [(i, i) for i in range(4)], landmarks=[(top, top), (top - 1, top - 1)]
+        )

@@ -119,6 +119,8 @@ class Subdivision {
         if (result.crossings != std::count_if(tb.hits.begin(), tb.hits.end(), crossed))
             throw std::logic_error("overlay: the two walks disagree");
         node_count += result.crossings;
+        if (ta.lanes.size() + tb.lanes.size() + boundary_count > (size_t(1) << 30) - 1)
+            throw std::length_error("overlay: more than 2^30 edges");
         passing.assign(first_crossing, {-1, -1});
         cycles.resize(result.crossings);
         leaving_a.assign(3 * a.face_count, -1);

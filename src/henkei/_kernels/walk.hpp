@@ -96,7 +96,9 @@ class Walk {
         goal = trace.places[own.target(h)];
         at = trace.places[own.origin(h)];
         entered = -1;
-        while (at.kind != Place::kUnknown) {
+        for (int64_t steps = 0; at.kind != Place::kUnknown; ++steps) {
+            if (steps > 2 * other.face_count + 2)
+                throw std::logic_error("overlay: an edge does not end");
             if (at.kind == Place::kVertex)
                 leave_vertex(at.id);
             else if (at.kind == Place::kEdge)

@@ -140,6 +140,10 @@ def _as_vertices(
 def _nearest(
     kind: str, side: Boundary, candidates: NDArray[np.integer], points: Floats, snap: float
 ) -> NDArray[np.integer]:
+    if not (isinstance(snap, int | float | np.number) and 0 <= snap < np.inf):
+        raise InvalidInput(f"snap must be a fraction of the diagonal, 0 or more; it is {snap!r}")
+    if not len(candidates):
+        raise InvalidInput(f"surface {side.name} has no vertex inside that could be a landmark")
     if not np.isfinite(points).all():
         bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
         raise InvalidInput(f"the points of {kind} {some(bad)} on {side.name} are not finite")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from henkei.geometry.correspondence import SurfacePoints
+from henkei.geometry.correspondence import SurfacePoints, weighted_mean
 from henkei.mesh import Attributes, Floats, Mesh
 from henkei.topology import Ints
 
@@ -31,7 +31,7 @@ def carried(mesh: Mesh, faces: Ints, on: SurfacePoints, face_on: Ints) -> Attrib
     per_face = {}
     for name, values in attributes.face.items():
         per_face[name] = values[np.maximum(face_on, 0)]
-        per_face[name][~inside] = 0
+        per_face[name][~inside] = np.zeros((), values.dtype)
     corner = {}
     if attributes.corner:
         weights = _corner_weights(mesh, faces, on, face_on).reshape(-1, 3)
@@ -48,13 +48,13 @@ def _weighted(
 ) -> NDArray[Any]:
     """Weighted mean of ``values`` (n, 3, ...) over their three corners."""
     if np.issubdtype(values.dtype, np.floating):
-        mean = np.einsum("nk,nk...->n...", weights, values)
-        if name == "normal":
+        mean = weighted_mean(weights, values)
+        if name == "normal" and mean.ndim == 2:
             length = np.linalg.norm(mean, axis=-1, keepdims=True)
             mean = np.divide(mean, length, out=np.zeros_like(mean), where=length > 0)
     else:
         mean = values[np.arange(len(values)), weights.argmax(axis=1)]
-    mean[~known] = 0
+    mean[~known] = np.zeros((), mean.dtype)
     return np.asarray(mean)
 
 

@@ -27,6 +27,7 @@ from henkei.topology import Ints
 COINCIDENT = 1e-11  # of a side: boundary vertices of a and b nearer than this become one
 # Bits: a coarser grid unites what only rounding errors keep apart, so the coarsest one that serves
 # is taken. Floats have no more than 52 bits below 1.
+CLEARANCE = 1 << 16  # units that faces stand out from the sides, where points are rounded, too
 RESOLUTIONS = (30, 34, 38, 42, 46, 50, 52)
 
 
@@ -34,19 +35,22 @@ RESOLUTIONS = (30, 34, 38, 42, 46, 50, 52)
 class Side:
     """One of the two surfaces, with its place on the common polygon.
 
+    name : what messages call it.
     refined : the surface with its chords split.
     loop : its boundary vertices in order, the first at the polygon's first corner.
     parameter : (k,) where they lie on the polygon, see :func:`boundary_parameter`.
     """
 
+    name: str
     refined: Refined
     loop: Ints
     parameter: Floats
 
     @classmethod
-    def of(cls, mesh: Mesh, loop: Ints, corners: NDArray[np.integer]) -> Side:
+    def of(cls, name: str, mesh: Mesh, loop: Ints, corners: NDArray[np.integer]) -> Side:
         """Prepare a disk whose boundary loop starts with a corner."""
-        return cls(split_chords(mesh, loop, corners), loop, boundary_parameter(mesh, loop, corners))
+        parameter = boundary_parameter(mesh, loop, corners)
+        return cls(name, split_chords(mesh, loop, corners), loop, parameter)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +122,8 @@ def _merged(
 def common_planes(a: Side, b: Side, landmarks: Ints, progress: Progress) -> Iterator[CommonPlane]:
     """Flatten both surfaces into the common polygon and round them to one grid, injectively.
 
-    The first attempt is the most faithful; the second spreads what it crowds. ``landmarks`` (k, 2)
+    The most faithful maps come first, on ever finer grids; then others that spread what these
+    crowd. ``landmarks`` (k, 2)
     are vertices of a and of b that are brought to one place, halfway between their own.
 
     Raises
@@ -134,7 +139,7 @@ def common_planes(a: Side, b: Side, landmarks: Ints, progress: Progress) -> Iter
         if len(landmarks):
             progress("bringing the landmarks together", 0.9)
             flat_a, flat_b = _brought_together(a, b, flat_a, flat_b, landmarks, polygon.sides)
-        yield _on_one_grid(a, b, polygon, flat_a, flat_b)
+        yield from _on_one_grid(a, b, polygon, flat_a, flat_b)
 
 
 def _brought_together(
@@ -177,15 +182,12 @@ def _flowed(
 
 def _on_one_grid(
     a: Side, b: Side, polygon: Polygon, flat_a: Flattening, flat_b: Flattening
-) -> CommonPlane:
+) -> Iterator[CommonPlane]:
     for bits in RESOLUTIONS:
         points_a, points_b = _snap(flat_a.positions, bits), _snap(flat_b.positions, bits)
-        folded_a = _folded(a, polygon, 0, points_a, bits)
-        folded_b = _folded(b, polygon, 1, points_b, bits)
-        if not len(folded_a) and not len(folded_b):
-            return CommonPlane(polygon, points_a, points_b, flat_a, flat_b, bits)
-    side, folded = (a, folded_a) if len(folded_a) else (b, folded_b)
-    raise no_flattening(side.refined.mesh, folded)
+        folded = len(_folded(a, polygon, 0, points_a, bits))
+        if not folded and not len(_folded(b, polygon, 1, points_b, bits)):
+            yield CommonPlane(polygon, points_a, points_b, flat_a, flat_b, bits)
 
 
 def _injective(side: Side, polygon: Polygon, column: int, spread: bool) -> Flattening:
@@ -195,14 +197,14 @@ def _injective(side: Side, polygon: Polygon, column: int, spread: bool) -> Flatt
     positions = polygon_points(polygon.parameter, polygon.sides)[own]
     folded: NDArray[np.integer] = np.empty(0, dtype=np.int32)
     for flat in flattenings(side.refined.mesh, boundary, positions, spread):
-        if flat is None:
-            continue
+        if flat is None or not (np.abs(flat.positions) <= 1).all():
+            continue  # rounding, or negative weights, took vertices out of the polygon
         for bits in RESOLUTIONS:
             points = _snap(flat.positions, bits)
             folded = _folded(side, polygon, column, points, bits)
             if not len(folded):
                 return flat
-    raise no_flattening(side.refined.mesh, folded)
+    raise no_flattening(side.name, side.refined.face[folded])
 
 
 def _snap(positions: Floats, bits: int) -> NDArray[np.int64]:
@@ -212,13 +214,22 @@ def _snap(positions: Floats, bits: int) -> NDArray[np.int64]:
 def _folded(
     side: Side, polygon: Polygon, column: int, points: NDArray[np.int64], bits: int
 ) -> NDArray[np.integer]:
-    """Faces not strictly upright, decided exactly, with the other's boundary vertices inserted."""
+    """Faces not strictly upright, decided exactly, and those that hardly stand out from the
+    boundary with the other's vertices inserted."""
     mesh = side.refined.mesh
     faces = not_positive(points, mesh.faces)
     border, face = _border_triangles(mesh, polygon, column)
     nodes = _snap(polygon_points(polygon.parameter, polygon.sides), bits)
-    along_border = not_positive(np.vstack([points, nodes]), border)
+    along_border = np.flatnonzero(_heights(np.vstack([points, nodes]), border) < CLEARANCE)
     return np.unique(np.concatenate([faces, face[along_border]]))
+
+
+def _heights(points: NDArray[np.int64], triangles: Ints) -> Floats:
+    """Signed height of each triangle over its first edge, in units of the grid."""
+    p, q, r = (points[triangles[:, corner]] for corner in range(3))
+    (x, y), (u, v) = (q - p).T.astype(np.float64), (r - p).T.astype(np.float64)
+    heights: Floats = (x * v - y * u) / np.maximum(np.hypot(x, y), 1)
+    return heights
 
 
 def _border_triangles(mesh: Mesh, polygon: Polygon, column: int) -> tuple[Ints, Ints]:

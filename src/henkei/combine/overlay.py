@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,18 +45,17 @@ class Overlay:
     coincident: int
 
 
-def overlay(a: Side, b: Side, plane: CommonPlane) -> Overlay:
-    """Subdivide both triangulations by each other. Exact; near linear in the size of the result."""
-    raw = overlay_kernel(
-        plane.points_a,
-        a.refined.mesh.faces,
-        a.refined.mesh.topology.twin,
-        plane.points_b,
-        b.refined.mesh.faces,
-        b.refined.mesh.topology.twin,
-        plane.polygon.nodes,
-        PLANE_BITS - plane.bits,
-    )
+def overlay(a: Side, b: Side, plane: CommonPlane) -> Overlay | None:
+    """Subdivide both triangulations by each other. Exact; near linear in the size of the result.
+
+    None if vertices so close to the polygon's sides that these, rounded, pass on their wrong side
+    make the two contradict each other: then a finer grid is needed.
+    """
+    try:
+        raw = _overlaid(a, b, plane)
+    except RuntimeError:
+        return None
+
     count_a, count_b = (len(s.refined.mesh.vertices) for s in (a, b))
     return Overlay(
         faces=raw["faces"],
@@ -71,6 +71,19 @@ def overlay(a: Side, b: Side, plane: CommonPlane) -> Overlay:
         plane_vertices=raw["plane"],
         crossings=raw["crossings"],
         coincident=count_a + count_b + raw["crossings"] - len(raw["plane"]),
+    )
+
+
+def _overlaid(a: Side, b: Side, plane: CommonPlane) -> dict[str, Any]:
+    return overlay_kernel(
+        plane.points_a,
+        a.refined.mesh.faces,
+        a.refined.mesh.topology.twin,
+        plane.points_b,
+        b.refined.mesh.faces,
+        b.refined.mesh.topology.twin,
+        plane.polygon.nodes,
+        PLANE_BITS - plane.bits,
     )
 
 

@@ -69,13 +69,14 @@ def combine(
     Infeasible : a surface cannot be flattened without turning triangles over, at any resolution.
     """
     progress("checking the surfaces", 0.0)
-    disk_a = Disk.of("a", a, fill_holes, outer[0])
-    disk_b = Disk.of("b", b, fill_holes, outer[1])
+    outer_a, outer_b = outer
+    disk_a = Disk.of("a", a, fill_holes, outer_a)
+    disk_b = Disk.of("b", b, fill_holes, outer_b)
     progress("matching the boundaries", 0.1)
     corners = corresponding_vertices(disk_a.boundary, disk_b.boundary, pairs, snap)  # 2: CVPs
     marks = corresponding_landmarks(disk_a.boundary, disk_b.boundary, landmarks, snap)
-    side_a = _side(disk_a.closed, disk_a.from_input(corners[:, 0]))  # 3.1: boundary map
-    side_b = _side(disk_b.closed, disk_b.from_input(corners[:, 1]))
+    side_a = _side(disk_a, disk_a.from_input(corners[:, 0]))  # 3.1: boundary map
+    side_b = _side(disk_b, disk_b.from_input(corners[:, 1]))
     # 3.2: F -> H, on integers as in 4.6; 4.1 to 4.4: H -> Hc
     inside = np.stack([disk_a.from_input(marks[:, 0]), disk_b.from_input(marks[:, 1])], axis=1)
     plane, common = _upright_overlay(side_a, side_b, inside, progress)
@@ -122,7 +123,7 @@ def _upright_overlay(
     for plane in common_planes(a, b, landmarks, part(progress, 0.2, 0.6)):
         progress("overlaying", 0.6)
         common = overlay(a, b, plane)
-        if not len(not_positive(common.plane_vertices, common.faces)):
+        if common and not len(not_positive(common.plane_vertices, common.faces)):
             return plane, common
     raise Infeasible(
         "the two surfaces crowd so many vertices into one place of the common plane that their "
@@ -131,12 +132,12 @@ def _upright_overlay(
     )
 
 
-def _side(disk: Mesh, corners: Ints) -> Side:
+def _side(disk: Disk, corners: Ints) -> Side:
     """Turn the boundary loop so that it starts at the first corner."""
-    loop = disk.topology.boundary_loops[0]
+    loop = disk.closed.topology.boundary_loops[0]
     loop = np.roll(loop, -int(np.flatnonzero(loop == corners[0])[0]))
     place = np.argsort(loop)[np.searchsorted(np.sort(loop), corners)]
-    return Side.of(disk, loop, place)
+    return Side.of(disk.name, disk.closed, loop, place)
 
 
 def positions(mesh: Mesh, on: SurfacePoints) -> Floats:

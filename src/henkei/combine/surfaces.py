@@ -46,9 +46,9 @@ class Disk:
         mesh = without_unused_vertices(surface)
         try:
             if not fill:
-                require_disk(mesh)
+                require_disk(surface)
                 return cls(name, surface, mesh, mesh, polygons)
-            require_disk_with_holes(mesh)
+            require_disk_with_holes(surface)
             if outer is not None:
                 outer = _number(name, surface, outer)
             return cls(name, surface, mesh, fill_holes(mesh, outer), polygons)

@@ -55,9 +55,16 @@ class SurfacePoints:
             largest = self.barycentric.argmax(axis=1)[:, None]
             labels: NDArray[Any] = values[np.take_along_axis(corners, largest, axis=1)[:, 0]]
             return labels
-        pulled: NDArray[Any] = np.einsum("nk,nk...->n...", self.barycentric, values[corners])
+        pulled: NDArray[Any] = weighted_mean(self.barycentric, values[corners])
         pulled[missing] = np.nan
         return pulled
+
+
+def weighted_mean(weights: Floats, values: NDArray[Any]) -> NDArray[Any]:
+    """Means (n, ...) of ``values`` (n, 3, ...); a NaN without weight does not count."""
+    weight = weights.reshape(*weights.shape, *(1,) * (values.ndim - 2))
+    mean: NDArray[Any] = np.where(weight == 0, 0, weight * values).sum(axis=1)
+    return mean
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array
 
-from henkei.errors import Infeasible, NotConverged
+from henkei.errors import Infeasible, NotConverged, some
 from henkei.geometry.weights import cotangent_matrix, edge_matrix, mean_value_matrix
 from henkei.mesh import Floats, Mesh
 from henkei.solve import factor_general, factor_spd
@@ -206,14 +206,17 @@ def _outward(mesh: Mesh, boundary: Ints, inward: float) -> tuple[Floats, Floats]
 def _rings(mesh: Mesh, boundary: Ints) -> NDArray[np.int64]:
     """Number of edges from each vertex to the boundary."""
     start, end = mesh.topology.edges.T
-    rings = np.full(len(mesh.vertices), len(mesh.vertices))
-    rings[boundary] = 0
-    ring = 0
-    while (rings == ring).any():
-        for near, far in ((start, end), (end, start)):
-            reached = far[rings[near] == ring]
-            rings[reached] = np.minimum(rings[reached], ring + 1)
-        ring += 1
+    count = len(mesh.vertices)
+    ends = (np.concatenate([start, end]), np.concatenate([end, start]))
+    neighbours = csr_array((np.ones(2 * len(start), dtype=np.int8), ends), shape=(count, count))
+    rings = np.full(count, -1)
+    front = np.asarray(boundary)
+    for ring in range(count):
+        rings[front] = ring
+        near = np.unique(neighbours[front].indices)
+        front = near[rings[near] < 0]
+        if not len(front):
+            break
     return rings
 
 
@@ -242,11 +245,10 @@ def _solve(
     return Flattening(flat, name, factor.backend)
 
 
-def no_flattening(mesh: Mesh, folded: NDArray[np.integer]) -> Infeasible:
-    """The error when no attempt is injective."""
-    corners = [tuple(map(int, mesh.faces[f])) for f in folded[:3]]
+def no_flattening(name: str, folded: Ints) -> Infeasible:
+    """The error when no attempt is injective, with the faces that fold in the last one."""
     return Infeasible(
-        f"no map of this surface into the polygon keeps all triangles upright at a resolution of "
-        f"2^-52: {len(folded)} remain, the first with vertices {corners}; the surface is too long "
-        "and thin for its boundary, so cut it closer to the middle or remesh it more coarsely"
+        f"no map of surface {name} into the polygon keeps all triangles upright at a resolution "
+        f"of 2^-52: faces {some(np.unique(folded))} fold over; the surface is too long and thin "
+        "for its boundary, so cut it open closer to its middle, or remesh it there more coarsely"
     )

@@ -62,7 +62,10 @@ def _field(points: Floats, centres: Floats, values: Floats, sides: int) -> Float
     """The smooth field that has the values at the centres and is 0 on the boundary."""
     rim_points, rim_centres = _rim(points, sides), _rim(centres, sides)
     kernel = rim_centres[:, None] * _matern(centres, centres) * rim_centres
-    weights = np.linalg.solve(kernel, values) * rim_centres[:, None]
+    try:
+        weights = np.linalg.solve(kernel, values) * rim_centres[:, None]
+    except np.linalg.LinAlgError:
+        raise Infeasible("some lie on one place, or too near the boundary") from None
     field = np.empty_like(points)
     for start in range(0, len(points), 1 << 16):
         part = slice(start, start + (1 << 16))

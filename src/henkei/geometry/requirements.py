@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from henkei.errors import (
     DegenerateFaces,
@@ -116,8 +117,10 @@ def has_faces(surface: Surface) -> Problem | None:
 
 
 def finite(surface: Surface) -> Problem | None:
-    """No NaN, no infinity."""
-    bad = np.flatnonzero(~np.isfinite(surface.vertices).all(axis=1))
+    """No NaN, no infinity in vertices that faces use."""
+    wrong: NDArray[np.bool_] = ~np.isfinite(surface.vertices).all(axis=1)
+    wrong[surface.topology.unused_vertices] = False
+    bad = np.flatnonzero(wrong)
     if not len(bad):
         return None
     return Problem(
