@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from henkei.errors import (
     DegenerateFaces,
@@ -118,7 +117,7 @@ def has_faces(surface: Surface) -> Problem | None:
 
 def finite(surface: Surface) -> Problem | None:
     """No NaN, no infinity in vertices that faces use."""
-    wrong: NDArray[np.bool_] = ~np.isfinite(surface.vertices).all(axis=1)
+    wrong = np.asarray(~np.isfinite(surface.vertices).all(axis=1))
     wrong[surface.topology.unused_vertices] = False
     bad = np.flatnonzero(wrong)
     if not len(bad):
