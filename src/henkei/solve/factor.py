@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Solver = Callable[[Floats], Floats]
 Backend = Literal["auto", "qdldl", "cholespy", "splu"]
-LARGE = 150_000  # unknowns, from which on cholespy's orderings pay
+LARGE = 400_000  # unknowns, from which on cholespy's orderings pay
 
 REFINE = 1e-13  # backward error from which one step of iterative refinement is taken
 POOR = 1e-9  # backward error that is not accepted
@@ -135,7 +135,7 @@ def factor_spd(matrix: Any, *, backend: Backend = "auto") -> Factor:
     matrix : (n, n) SciPy sparse matrix or array, all entries stored (not one triangle only).
     backend : ``"qdldl"`` (minimum degree, simplicial), ``"cholespy"`` (CHOLMOD), ``"splu"``
         (SuperLU in symmetric mode, column minimum degree), or ``"auto"``: of those installed the
-        fastest for the size, qdldl up to 150,000 unknowns and cholespy beyond.
+        fastest for the size, qdldl up to 400,000 unknowns and cholespy beyond.
 
     Raises
     ------
