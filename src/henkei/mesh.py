@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -55,7 +56,7 @@ class Attributes:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Surface:
+class Surface(ABC):
     """What triangle and polygon meshes share. Nothing changes a surface in place."""
 
     vertices: Floats
@@ -63,14 +64,14 @@ class Surface:
     attributes: Attributes = field(default_factory=Attributes, kw_only=True)
 
     @property
+    @abstractmethod
     def indices(self) -> Ints:
         """All corners, face after face."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def offsets(self) -> NDArray[np.int64]:
         """Where each face starts in ``indices``; one entry more than faces."""
-        raise NotImplementedError
 
     @property
     def face_count(self) -> int:

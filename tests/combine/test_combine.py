@@ -45,6 +45,15 @@ def test_random_disks(seeds, sizes, count, shift):
     assert_combined(a, b, hk.combine(a, b, pairs))
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_plain_disks_need_neither_finer_grids_nor_other_weights(seed):
+    """A kernel that contradicts itself would be hidden by the next attempt; here it shows."""
+    quality = hk.combine(random_disk(seed, 90), hemisphere(3)).quality
+    assert quality.bits == 30
+    assert quality.weights_b == "cotangent"
+    assert quality.weights_a in ("cotangent", "mean value")
+
+
 @settings(max_examples=20, deadline=None)
 @given(seed=st.integers(0, 10**6), size=st.integers(12, 150), count=st.integers(3, 6))
 def test_a_mesh_with_itself_is_itself(seed, size, count):
