@@ -7,6 +7,12 @@ from numpy.typing import NDArray
 
 Ints = NDArray[np.int32]
 
+class ClosestPoints:
+    def __init__(self, vertices: NDArray[np.float64], faces: Ints) -> None: ...
+    def query(
+        self, points: NDArray[np.float64]
+    ) -> tuple[Ints, NDArray[np.float64], NDArray[np.float64]]: ...
+
 def half_edge_twins(origin: Ints, target: Ints, vertices: int) -> Ints: ...
 def self_intersections(vertices: NDArray[np.float64], faces: Ints, limit: int) -> Ints: ...
 def overlay(
@@ -20,3 +26,53 @@ def overlay(
     shift: int,
 ) -> dict[str, Any]: ...
 def not_positive(points: NDArray[np.int64], triangles: Ints) -> Ints: ...
+def embed_sphere(
+    vertices: NDArray[np.float64],
+    faces: Ints,
+    twins: Ints,
+    desired: NDArray[np.float64],
+    area_weight: float,
+    sweeps: int,
+) -> NDArray[np.float64]: ...
+def inverted_on_sphere(positions: NDArray[np.float64], faces: Ints) -> Ints: ...
+def locate_on_sphere(
+    sphere: NDArray[np.float64], faces: Ints, twins: Ints, points: NDArray[np.float64]
+) -> tuple[Ints, NDArray[np.float64]]: ...
+def adapt(
+    vertices: NDArray[np.float64],
+    ring_start: NDArray[np.int64],
+    ring: Ints,
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    winners: Ints,
+    steps: int,
+    rate_start: float,
+    rate_end: float,
+    radius_start: float,
+    radius_end: float,
+    literal: bool,
+    seed: int,
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], int]: ...
+def refine(
+    sphere: NDArray[np.float64],
+    rest: NDArray[np.float64],
+    guide: NDArray[np.float64],
+    faces: Ints,
+    frozen: NDArray[np.uint8],
+    target_sphere: NDArray[np.float64],
+    target: NDArray[np.float64],
+    target_normals: NDArray[np.float64],
+    target_faces: Ints,
+    target_twins: Ints,
+    control_sphere: NDArray[np.float64],
+    controls: NDArray[np.float64],
+    coverage: float,
+    worst: float,
+    distortion: float,
+    lean: float,
+    guided: float,
+    coarsest: int,
+    sweeps: int,
+) -> NDArray[np.float64]: ...

@@ -6,6 +6,7 @@
         NotManifold         an edge with more than two faces, a vertex with more than one fan
         NotOriented         neighbouring faces wind against each other, or the surface is one-sided
         NotADisk            not connected, closed, more than one boundary loop, or with handles
+        NotASphere          not connected, or with handles, where a sphere is needed, closed or not
         NotClosed           has a boundary where a closed surface is needed
         DegenerateFaces     a face that repeats a vertex
       InvalidInput          an argument, apart from the mesh, is not usable
@@ -45,6 +46,10 @@ class NotOriented(InvalidMesh):
 
 class NotADisk(InvalidMesh):
     """The surface is not connected with exactly one boundary loop and no handle."""
+
+
+class NotASphere(InvalidMesh):
+    """The surface is not connected, or has handles; boundary loops would be closed."""
 
 
 class NotClosed(InvalidMesh):

@@ -2,6 +2,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include "closest_points.hpp"
 #include "kernels.hpp"
 #include "overlay.hpp"
 
@@ -80,9 +81,86 @@ nb::dict overlay(Points points_a, Faces faces_a, In<int32_t, -1> twins_a, Points
     return d;
 }
 
+nb::tuple adapt(In<double, -1, 3> vertices, In<int64_t, -1> ring_start, In<int32_t, -1> ring,
+                In<double, -1, 3> points, In<double, -1, 3> normals, In<int32_t, -1> winners,
+                int64_t steps, double rate_start, double rate_end, double radius_start,
+                double radius_end, bool literal, int64_t seed, In<double, 3> low,
+                In<double, 3> high) {
+    Array<double> x(vertices.data(), vertices.data() + vertices.size());
+    int64_t without = 0;
+    {
+        nb::gil_scoped_release release;
+        without =
+            henkei::adapt(x.data(), int64_t(vertices.shape(0)), ring_start.data(), ring.data(),
+                          points.data(), normals.data(), winners.data(), int64_t(points.shape(0)),
+                          {steps, rate_start, rate_end, radius_start, radius_end, literal, seed},
+                          low.data(), high.data());
+    }
+    return nb::make_tuple(hand_over(std::move(x), 3), without);
+}
+
+nb::tuple closest(const henkei::ClosestPoints& surface, In<double, -1, 3> points) {
+    const size_t count = points.shape(0);
+    Array<int32_t> face(count);
+    Array<double> barycentric(3 * count), squared_distance(count);
+    {
+        nb::gil_scoped_release release;
+        surface.query(points.data(), int64_t(count), face.data(), barycentric.data(),
+                      squared_distance.data());
+    }
+    return nb::make_tuple(hand_over(std::move(face)), hand_over(std::move(barycentric), 3),
+                          hand_over(std::move(squared_distance)));
+}
+
+using Vectors = In<double, -1, 3>;
+
+const henkei::RefinementInput::Vec* vectors(const Vectors& array) {
+    return reinterpret_cast<const henkei::RefinementInput::Vec*>(array.data());
+}
+
+nb::tuple locate_on_sphere(Vectors sphere, Faces faces, In<int32_t, -1> twins, Vectors points) {
+    Array<int32_t> face(points.shape(0));
+    Array<double> weights(points.size());
+    {
+        nb::gil_scoped_release release;
+        henkei::locate_on_sphere(sphere.data(), faces.data(), twins.data(), int64_t(faces.shape(0)),
+                                 points.data(), int64_t(points.shape(0)), face.data(),
+                                 weights.data());
+    }
+    return nb::make_tuple(hand_over(std::move(face)), hand_over(std::move(weights), 3));
+}
+
+Out<double> refine(Vectors sphere, Vectors rest, Vectors guide, Faces faces, In<uint8_t, -1> frozen,
+                   Vectors target_sphere, Vectors target, Vectors target_normals,
+                   Faces target_faces, In<int32_t, -1> target_twins, Vectors control_sphere,
+                   Vectors controls, double coverage, double worst, double distortion, double lean,
+                   double guided, int64_t coarsest, int sweeps) {
+    Array<double> moved(sphere.size());
+    {
+        nb::gil_scoped_release release;
+        henkei::refine({vectors(sphere), vectors(rest), vectors(guide), faces.data(), nullptr,
+                        nullptr, frozen.data(), int64_t(sphere.shape(0)), int64_t(faces.shape(0)),
+                        vectors(target_sphere), vectors(target), vectors(target_normals),
+                        target_faces.data(), target_twins.data(), int64_t(target_faces.shape(0)),
+                        vectors(control_sphere), vectors(controls), int64_t(controls.shape(0))},
+                       {coverage, worst, distortion, lean, guided}, coarsest, sweeps, moved.data());
+    }
+    return hand_over(std::move(moved), 3);
+}
+
 }  // namespace
 
 NB_MODULE(_kernels, m) {
+    nb::class_<henkei::ClosestPoints>(m, "ClosestPoints")
+        .def(
+            "__init__",
+            [](henkei::ClosestPoints* self, In<double, -1, 3> vertices, Faces faces) {
+                nb::gil_scoped_release release;
+                new (self)
+                    henkei::ClosestPoints(vertices.data(), faces.data(), int64_t(faces.shape(0)));
+            },
+            "vertices"_a, "faces"_a)
+        .def("query", &closest, "points"_a);
     m.def(
         "half_edge_twins",
         [](In<int32_t, -1> origin, In<int32_t, -1> target, int64_t vertices) {
@@ -121,4 +199,39 @@ NB_MODULE(_kernels, m) {
             return hand_over(std::move(pairs), 2);
         },
         "vertices"_a, "faces"_a, "limit"_a);
+    m.def(
+        "embed_sphere",
+        [](In<double, -1, 3> vertices, Faces faces, In<int32_t, -1> twins,
+           In<double, -1, 3> desired, double area_weight, int sweeps) {
+            std::vector<double> positions;
+            {
+                nb::gil_scoped_release release;
+                positions = henkei::embed_sphere(
+                    vertices.data(), int64_t(vertices.shape(0)), faces.data(), twins.data(),
+                    int64_t(faces.shape(0)), desired.shape(0) ? desired.data() : nullptr,
+                    area_weight, sweeps);
+            }
+            return hand_over(std::move(positions), 3);
+        },
+        "vertices"_a, "faces"_a, "twins"_a, "desired"_a, "area_weight"_a, "sweeps"_a);
+    m.def(
+        "inverted_on_sphere",
+        [](In<double, -1, 3> positions, Faces faces) {
+            std::vector<int32_t> bad;
+            {
+                nb::gil_scoped_release release;
+                bad = henkei::inverted_on_sphere(positions.data(), faces.data(),
+                                                 int64_t(faces.shape(0)));
+            }
+            return hand_over(std::move(bad));
+        },
+        "positions"_a, "faces"_a);
+    m.def("locate_on_sphere", &locate_on_sphere, "sphere"_a, "faces"_a, "twins"_a, "points"_a);
+    m.def("refine", &refine, "sphere"_a, "rest"_a, "guide"_a, "faces"_a, "frozen"_a,
+          "target_sphere"_a, "target"_a, "target_normals"_a, "target_faces"_a, "target_twins"_a,
+          "control_sphere"_a, "controls"_a, "coverage"_a, "worst"_a, "distortion"_a, "lean"_a,
+          "guided"_a, "coarsest"_a, "sweeps"_a);
+    m.def("adapt", &adapt, "vertices"_a, "ring_start"_a, "ring"_a, "points"_a, "normals"_a,
+          "winners"_a, "steps"_a, "rate_start"_a, "rate_end"_a, "radius_start"_a, "radius_end"_a,
+          "literal"_a, "seed"_a, "low"_a, "high"_a);
 }

@@ -1,6 +1,7 @@
 // What the kernels offer, over plain arrays; bind.cpp gives them to Python.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -18,5 +19,62 @@ void half_edge_twins(const int32_t* origin, const int32_t* target, int64_t half_
 // Pairs of faces that intersect, as (f0, g0, f1, g1, ...); at most `limit` pairs.
 std::vector<int32_t> self_intersections(const double* vertices, int64_t vertex_count,
                                         const int32_t* faces, int64_t face_count, int64_t limit);
+
+// How the adaptation cools: geometrically from start to end over its steps (eq. 9, 10).
+struct AdaptationSchedule {
+    int64_t steps;
+    double rate_start, rate_end;      // how far the winner moves towards the control point
+    double radius_start, radius_end;  // reach over the mesh, in edges
+    bool literal;                     // the winner is nearest to the plane, not to the point
+    int64_t seed;
+};
+
+// Moves the vertices x; returns the number of steps without a winner. winners: per control point
+// its vertex (a landmark) or -1. low, high: a box around vertices and control points.
+int64_t adapt(double* x, int64_t vertices, const int64_t* ring_start, const int32_t* ring,
+              const double* points, const double* normals, const int32_t* winners, int64_t count,
+              const AdaptationSchedule& schedule, const double* low, const double* high);
+
+// Face and barycentric weights of directions in a triangulated unit sphere.
+void locate_on_sphere(const double* x, const int32_t* faces, const int32_t* twins,
+                      int64_t face_count, const double* points, int64_t count, int32_t* face,
+                      double* weights);
+
+// A model and its target, both on one sphere. frozen: vertices that stay (landmarks).
+// on_face: the target's face that holds each vertex.
+// controls: points of the target that the model is to cover. rest: the model's own shape.
+struct RefinementInput {
+    using Vec = std::array<double, 3>;
+    const Vec *sphere, *rest, *guide;
+    const int32_t *faces, *twins, *on_face;
+    const uint8_t* frozen;
+    int64_t vertices, faces_count;
+    const Vec *target_sphere, *target_x, *target_normals;
+    const int32_t *target_faces, *target_twins;
+    int64_t target_face_count;
+    const Vec *control_sphere, *control_x;
+    int64_t controls;
+};
+
+// coverage: squared distance of control points, in squared mean edge lengths; worst: its square.
+// distortion: symmetric Dirichlet energy. lean: away from the target's normals. guide: away from
+// where vertices are expected.
+struct RefinementWeights {
+    double coverage, worst, distortion, lean, guide;
+};
+
+// Where the vertices end on the sphere, through levels of at least `coarsest` vertices.
+void refine(const RefinementInput& input, const RefinementWeights& weights, int64_t coarsest,
+            int sweeps, double* sphere);
+
+// Positions (n, 3) on the unit sphere of a closed surface of genus 0; empty if there is no room in
+// floating point. desired: directions (n, 3), or null. area_weight: of areas against angles.
+std::vector<double> embed_sphere(const double* vertices, int64_t vertex_count, const int32_t* faces,
+                                 const int32_t* twins, int64_t face_count, const double* desired,
+                                 double area_weight, int sweeps);
+
+// Faces that are not counter-clockwise seen from outside the sphere.
+std::vector<int32_t> inverted_on_sphere(const double* positions, const int32_t* faces,
+                                        int64_t face_count);
 
 }  // namespace henkei

@@ -8,6 +8,7 @@
 // Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997).
 // Exact where coordinates are 0 or at most 1 and at least 2^-248 in size: no product of three
 // underflows then.
+#include "expansion.hpp"
 #include "kernels.hpp"
 
 #include <algorithm>
@@ -21,42 +22,6 @@ namespace {
 
 using Point = std::array<double, 3>;
 
-// A sum of doubles that do not overlap, smallest first, zeros left out (Shewchuk, section 2).
-struct Expansion {
-    double part[192];
-    int size = 0;
-
-    void add(double b) {  // Grow-Expansion
-        int kept = 0;
-        for (int i = 0; i < size; ++i) {
-            const double sum = b + part[i];
-            const double virtual_part = sum - b;
-            const double error = (b - (sum - virtual_part)) + (part[i] - virtual_part);
-            if (error != 0) part[kept++] = error;
-            b = sum;
-        }
-        if (b != 0) part[kept++] = b;
-        size = kept;
-    }
-    void add_product(const Expansion& e, const Expansion& f, double sign) {
-        for (int i = 0; i < e.size; ++i) {
-            for (int j = 0; j < f.size; ++j) {
-                const double product = e.part[i] * f.part[j];
-                add(sign * std::fma(e.part[i], f.part[j], -product));
-                add(sign * product);
-            }
-        }
-    }
-    int sign() const { return size == 0 ? 0 : (part[size - 1] > 0 ? 1 : -1); }
-};
-
-Expansion difference(double a, double b) {
-    Expansion e;
-    e.add(a);
-    e.add(-b);
-    return e;
-}
-
 // a b' - b a'
 Expansion cross(const Expansion& a, const Expansion& b, const Expansion& a2, const Expansion& b2) {
     Expansion e;
@@ -65,7 +30,6 @@ Expansion cross(const Expansion& a, const Expansion& b, const Expansion& a2, con
     return e;
 }
 
-constexpr double kEpsilon = 0x1p-53;
 constexpr double kBound2 = (3 + 16 * kEpsilon) * kEpsilon;  // Shewchuk's ccwerrboundA
 constexpr double kBound3 = (7 + 56 * kEpsilon) * kEpsilon;  // Shewchuk's o3derrboundA
 

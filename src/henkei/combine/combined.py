@@ -193,22 +193,9 @@ class CombinedMesh:
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Everything as arrays by name, for a file; :meth:`from_arrays` undoes it."""
-        c = self.correspondence
-        arrays: dict[str, NDArray[Any]] = {
-            "faces": c.faces,
-            "vertices_a": c.vertices_a,
-            "vertices_b": c.vertices_b,
-            "on_a.face": c.on_a.face,
-            "on_a.barycentric": c.on_a.barycentric,
-            "on_b.face": c.on_b.face,
-            "on_b.barycentric": c.on_b.barycentric,
-        }
+        arrays = self.correspondence.to_arrays()
         arrays |= {name: getattr(self, name) for name in _OWN_ARRAYS}
         arrays |= {f"quality.{name}": np.array(v) for name, v in asdict(self.quality).items()}
-        for side, attributes in (("a", c.attributes_a), ("b", c.attributes_b)):
-            for domain in ("vertex", "corner", "face"):
-                for name, values in getattr(attributes, domain).items():
-                    arrays[f"attributes_{side}.{domain}.{name}"] = values
         return arrays
 
     @classmethod
@@ -220,15 +207,7 @@ class CombinedMesh:
         InvalidFile : an array is missing.
         """
         try:
-            correspondence = Correspondence(
-                arrays["faces"],
-                arrays["vertices_a"],
-                arrays["vertices_b"],
-                SurfacePoints(arrays["on_a.face"], arrays["on_a.barycentric"]),
-                SurfacePoints(arrays["on_b.face"], arrays["on_b.barycentric"]),
-                _attributes(arrays, "attributes_a"),
-                _attributes(arrays, "attributes_b"),
-            )
+            correspondence = Correspondence.from_arrays(arrays)
             fields = CombineQuality.__dataclass_fields__
             quality = CombineQuality(**{n: arrays[f"quality.{n}"].item() for n in fields})
             own = {name: arrays[name] for name in _OWN_ARRAYS}
@@ -249,15 +228,6 @@ _OWN_ARRAYS = (
     "edge_on_b",
     "plane_vertices",
 )
-
-
-def _attributes(arrays: Mapping[str, NDArray[Any]], prefix: str) -> Attributes:
-    domains: dict[str, dict[str, NDArray[Any]]] = {"vertex": {}, "corner": {}, "face": {}}
-    for key, values in arrays.items():
-        if key.startswith(prefix + "."):
-            _, domain, name = key.split(".", 2)
-            domains[domain][name] = values
-    return Attributes(**domains)
 
 
 def _kept(

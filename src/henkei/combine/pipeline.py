@@ -23,8 +23,9 @@ from henkei.combine.embedding import CommonPlane, Side, common_planes
 from henkei.combine.overlay import Overlay, overlay
 from henkei.combine.surfaces import Disk
 from henkei.errors import Infeasible
-from henkei.geometry.correspondence import Correspondence, SurfacePoints
-from henkei.mesh import Attributes, Floats, Mesh
+from henkei.geometry.correspondence import Correspondence
+from henkei.geometry.distance import points_on
+from henkei.mesh import Attributes, Floats
 from henkei.progress import Progress, part, silent
 from henkei.topology import Ints
 
@@ -81,8 +82,8 @@ def combine(
     inside = np.stack([disk_a.from_input(marks[:, 0]), disk_b.from_input(marks[:, 1])], axis=1)
     plane, common = _upright_overlay(side_a, side_b, inside, progress)
     progress("placing the vertices", 0.8)
-    vertices_a = positions(disk_a.closed, common.on_a)  # 4.5, eq. 7: Hc -> Fc
-    vertices_b = positions(disk_b.closed, common.on_b)
+    vertices_a = points_on(disk_a.closed, common.on_a)  # 4.5, eq. 7: Hc -> Fc
+    vertices_b = points_on(disk_b.closed, common.on_b)
     quality = _quality(common, plane, (disk_a, disk_b), (vertices_a, vertices_b))
     progress("carrying the attributes", 0.9)
     on_a, on_b = disk_a.places_on_input(common.on_a), disk_b.places_on_input(common.on_b)
@@ -138,15 +139,6 @@ def _side(disk: Disk, corners: Ints) -> Side:
     loop = np.roll(loop, -int(np.flatnonzero(loop == corners[0])[0]))
     place = np.argsort(loop)[np.searchsorted(np.sort(loop), corners)]
     return Side.of(disk.name, disk.closed, loop, place)
-
-
-def positions(mesh: Mesh, on: SurfacePoints) -> Floats:
-    """Points (n, 3) in space of places on a mesh."""
-    points = np.zeros((len(on), 3))
-    for corner in range(3):
-        at = mesh.vertices[mesh.faces[on.face, corner]]
-        points += on.barycentric[:, corner, None] * at
-    return points
 
 
 def _quality(

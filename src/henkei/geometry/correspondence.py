@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -27,6 +28,10 @@ class SurfacePoints:
 
     def __len__(self) -> int:
         return len(self.face)
+
+    def taken(self, rows: NDArray[Any]) -> SurfacePoints:
+        """Some of the places, by number or by a mask."""
+        return SurfacePoints(self.face[rows], self.barycentric[rows])
 
     def pull(self, mesh: Mesh, values: NDArray[Any]) -> NDArray[Any]:
         """Per-vertex ``values`` of ``mesh`` at these places.
@@ -99,6 +104,45 @@ class Correspondence:
     def mesh_b(self) -> Mesh:
         """The common connectivity in the shape of b."""
         return Mesh(self.vertices_b, self.faces, attributes=self.attributes_b)
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Everything as arrays by name; :meth:`from_arrays` undoes it."""
+        arrays: dict[str, NDArray[Any]] = {
+            "faces": self.faces,
+            "vertices_a": self.vertices_a,
+            "vertices_b": self.vertices_b,
+            "on_a.face": self.on_a.face,
+            "on_a.barycentric": self.on_a.barycentric,
+            "on_b.face": self.on_b.face,
+            "on_b.barycentric": self.on_b.barycentric,
+        }
+        for side, attributes in (("a", self.attributes_a), ("b", self.attributes_b)):
+            for domain in ("vertex", "corner", "face"):
+                for name, values in getattr(attributes, domain).items():
+                    arrays[f"attributes_{side}.{domain}.{name}"] = values
+        return arrays
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Correspondence:
+        """The correspondence that :meth:`to_arrays` took apart; KeyError if an array is missing."""
+        return cls(
+            arrays["faces"],
+            arrays["vertices_a"],
+            arrays["vertices_b"],
+            SurfacePoints(arrays["on_a.face"], arrays["on_a.barycentric"]),
+            SurfacePoints(arrays["on_b.face"], arrays["on_b.barycentric"]),
+            _attributes(arrays, "attributes_a"),
+            _attributes(arrays, "attributes_b"),
+        )
+
+
+def _attributes(arrays: Mapping[str, NDArray[Any]], prefix: str) -> Attributes:
+    domains: dict[str, dict[str, NDArray[Any]]] = {"vertex": {}, "corner": {}, "face": {}}
+    for key, values in arrays.items():
+        if key.startswith(prefix + "."):
+            _, domain, name = key.split(".", 2)
+            domains[domain][name] = values
+    return Attributes(**domains)
 
 
 class HasCorrespondence(Protocol):

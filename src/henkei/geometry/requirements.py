@@ -17,6 +17,7 @@ from henkei.errors import (
     DegenerateFaces,
     InvalidMesh,
     NotADisk,
+    NotASphere,
     NotClosed,
     NotFinite,
     NotManifold,
@@ -106,6 +107,20 @@ def require_disk_with_holes(surface: Surface) -> None:
     NotFinite, DegenerateFaces, NotManifold, NotOriented, NotADisk; InvalidMesh for extreme scales
     """
     _require(surface, DISK_WITH_HOLES)
+
+
+def require_sphere_with_holes(surface: Surface) -> None:
+    """The surface is finite, manifold, oriented and connected and has no handle; it may have
+    boundary loops.
+
+    Raises
+    ------
+    NotFinite, DegenerateFaces, NotManifold, NotOriented, NotASphere; InvalidMesh for extreme scales
+    """
+    try:
+        _require(surface, SPHERE_WITH_HOLES)
+    except NotADisk as error:
+        raise NotASphere(str(error)) from None
 
 
 def has_faces(surface: Surface) -> Problem | None:
@@ -317,4 +332,5 @@ ORIENTED: list[list[Check]] = [*MANIFOLD, [oriented]]
 _PIECE: list[list[Check]] = [[has_faces, finite], [measurable], *ORIENTED, [connected]]
 DISK_WITH_HOLES: list[list[Check]] = [*_PIECE, [has_boundary, no_handles]]
 DISK: list[list[Check]] = [*_PIECE, [has_boundary, no_handles, one_loop]]
+SPHERE_WITH_HOLES: list[list[Check]] = [*_PIECE, [no_handles]]
 SPHERE_OR_DISK: list[list[Check]] = [*_PIECE, [no_handles, one_loop]]
