@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from henkei.io import read, write
     from henkei.mesh import Attributes, Mesh, PolygonMesh
     from henkei.morph import write_morph
+    from henkei.morph.targets import blend, write_targets
+    from henkei.register import Registration, register
+    from henkei.statistics import ShapeModel, procrustes, shape_model
     from henkei.workflows.diagnose import diagnose
     from henkei.workflows.results import load, save
 
@@ -32,20 +35,27 @@ __all__ = [
     "CombinedMesh",
     "Mesh",
     "PolygonMesh",
+    "Registration",
+    "ShapeModel",
+    "blend",
     "combine",
     "diagnose",
     "errors",
     "largest_component",
     "load",
     "oriented",
+    "procrustes",
     "read",
+    "register",
     "save",
+    "shape_model",
     "shapes",
     "weld",
     "without_degenerate_faces",
     "without_unused_vertices",
     "write",
     "write_morph",
+    "write_targets",
 ]
 
 _HOMES = {
@@ -60,6 +70,9 @@ _HOMES = {
     "henkei.io": ("read", "write"),
     "henkei.mesh": ("Attributes", "Mesh", "PolygonMesh"),
     "henkei.morph": ("write_morph",),
+    "henkei.morph.targets": ("blend", "write_targets"),
+    "henkei.register": ("Registration", "register"),
+    "henkei.statistics": ("ShapeModel", "procrustes", "shape_model"),
     "henkei.workflows.diagnose": ("diagnose",),
     "henkei.workflows.results": ("load", "save"),
 }

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from henkei.combine import CombinedMesh
 from henkei.errors import HenkeiError, InvalidFile, InvalidInput, some
-from henkei.geometry.correspondence import HasCorrespondence
 from henkei.io.whole import whole
+from henkei.register.registration import Registration
+from henkei.statistics import ShapeModel
 
 Arrays = Mapping[str, NDArray[Any]]
 Column = tuple[str, tuple[int, ...], str]
@@ -29,7 +30,7 @@ KIND_KEY, VERSION_KEY = "henkei.kind", "henkei.version"
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the date of every entry, so that bytes depend on the result alone
 
 
-class Result(HasCorrespondence, Protocol):
+class Result(Protocol):
     """What can be kept in a file."""
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
@@ -64,7 +65,9 @@ COMBINED: dict[str, Column] = {
 """The arrays of a combined mesh."""
 
 KINDS: dict[str, tuple[type[Result], Mapping[str, Column]]] = {
-    "combined mesh": (CombinedMesh, COMBINED)
+    "combined mesh": (CombinedMesh, COMBINED),
+    "registration": (Registration, {}),
+    "shape model": (ShapeModel, {}),
 }
 """Classes of results and their arrays, by the name that stands in the file."""
 
@@ -130,7 +133,9 @@ def load(path: str | os.PathLike[str]) -> Any:
     try:
         _check(arrays, form)
         result = of_kind.from_arrays(arrays)
-        _ = result.correspondence.mesh_a, result.correspondence.mesh_b  # faces, attributes
+        both = getattr(result, "correspondence", None)
+        if both is not None:
+            _ = both.mesh_a, both.mesh_b  # refuse faces and attributes that do not fit
     except (HenkeiError, KeyError, ValueError) as error:
         raise InvalidFile(f"{file}: damaged: {error}") from None
     return result
@@ -188,7 +193,7 @@ def _check(arrays: Arrays, form: Mapping[str, Column]) -> None:
         shape = (lengths.setdefault(rows, len(values)) if values.ndim else 0, *width)
         if values.shape != shape or values.dtype.kind != kind:
             raise InvalidFile(f"{name} is {values.dtype} of shape {values.shape}, not {shape}")
-    count = lengths["vertices"]
     for name in ("edges", "vertex_of_a", "vertex_of_b"):
-        if not np.isin(arrays[name], np.arange(-1, count)).all():
+        count = lengths.get("vertices", 0)
+        if name in form and not np.isin(arrays[name], np.arange(-1, count)).all():
             raise InvalidFile(f"{name} names vertices that do not exist")

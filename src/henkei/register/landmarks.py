@@ -1,0 +1,165 @@
+"""Landmarks: which vertex goes to which place of the target."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from henkei.errors import Infeasible, InvalidInput, some
+from henkei.geometry.correspondence import SurfacePoints
+from henkei.geometry.distance import ClosestPoints, points_on
+from henkei.geometry.progressive_sphere import inverted_on_sphere
+from henkei.geometry.sphere_flow import flowed
+from henkei.mesh import Floats, Mesh
+from henkei.register.spheres import OnSphere
+from henkei.register.surfaces import Closed
+from henkei.topology import Ints
+
+SNAP = 0.02  # farthest that a landmark may be from its surface, as a fraction of the diagonal
+REACHES = (0.6, 0.3, 0.6, 0.15, 0.6, 0.3, 0.15, 0.1) * 2  # of the flows, in radii of the sphere
+ROUNDING = 1e-12
+SHAPE = "landmarks are pairs of vertices (k, 2), or of points (k, 2, 3)"
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """Pairs of a vertex and a place.
+
+    vertices : (k,) of the source as given.
+    places : on the target as given; points : (k, 3) where these are.
+    """
+
+    vertices: Ints
+    places: SurfacePoints
+    points: Floats
+
+    def __len__(self) -> int:
+        return len(self.vertices)
+
+
+def no_landmarks() -> Landmarks:
+    """None at all."""
+    nowhere = SurfacePoints(np.zeros(0, dtype=np.int32), np.zeros((0, 3)))
+    return Landmarks(nowhere.face, nowhere, np.zeros((0, 3)))
+
+
+def resolved(source: Closed, target: Closed, pairs: Any) -> Landmarks:
+    """The landmarks, checked.
+
+    A point on the source stands for the vertex nearest to it (each vertex for one point), a point
+    on the target for the nearest point of its surface.
+
+    Raises
+    ------
+    InvalidInput : not pairs, a vertex that does not exist or that no face uses, points too far from
+        their surface, or landmarks that coincide.
+    """
+    given = np.asarray(pairs)
+    if given.size == 0:
+        given = np.zeros((0, 2), dtype=np.int64)
+    if given.ndim == 2 and given.shape[1] == 2 and np.issubdtype(given.dtype, np.integer):
+        vertices = _existing(source, given[:, 0])
+        places = at_vertices(target.given).taken(_existing(target, given[:, 1]))
+    elif given.shape[1:] == (2, 3) and np.issubdtype(given.dtype, np.number):
+        points = given.astype(np.float64)
+        if not np.isfinite(points).all():
+            raise InvalidInput("landmarks hold NaN or infinite coordinates")
+        vertices = _nearest_vertices(source, points[:, 0])
+        places = _nearest_places(target, points[:, 1])
+    else:
+        raise InvalidInput(f"{SHAPE}; given: shape {given.shape}, {given.dtype}")
+    found = Landmarks(vertices, places, points_on(target.given, places))
+    _refuse_coincident(source.name, vertices)
+    _refuse_coincident(target.name, np.unique(found.points, axis=0, return_inverse=True)[1])
+    return found
+
+
+def brought_together(
+    model: OnSphere, target: OnSphere, vertices: Ints, marks: Landmarks
+) -> OnSphere:
+    """The model with its landmarks, as ``vertices`` of its mesh, exactly where they belong on the
+    sphere.
+
+    A smooth flow takes them there; where it folds faces that are large against it, these are laid
+    out anew, which may move a landmark a little: so it is done again until all are in place.
+
+    Raises
+    ------
+    Infeasible : they do not come together.
+    """
+    goals = target.directions_of(marks.places)
+    for reach in REACHES:
+        moved = flowed(model.directions, vertices, goals, reach)
+        moved[vertices] = goals
+        if not len(inverted_on_sphere(moved, model.mesh.faces)):
+            return model.moved(moved)
+        model = model.unfolded(moved)
+    away = np.linalg.norm(model.directions[vertices] - goals, axis=1) > ROUNDING
+    raise Infeasible(
+        f"landmarks {some(np.flatnonzero(away))} (counted from 0) cannot reach their places "
+        "without folds: their order around the others differs between source and target, or they "
+        "are very near to others; check that each pair corresponds, or leave some out"
+    )
+
+
+def _existing(side: Closed, vertices: NDArray[Any]) -> Ints:
+    count = len(side.given.vertices)
+    bad = vertices[(vertices < 0) | (vertices >= count)]
+    if len(bad):
+        raise InvalidInput(
+            f"landmarks: {side.name} has {count} vertices, counted from 0; there is no "
+            f"vertex {some(bad)}"
+        )
+    loose = np.setdiff1d(vertices, side.used)
+    if len(loose):
+        raise InvalidInput(f"landmarks: no face of {side.name} uses vertex {some(loose)}")
+    return vertices.astype(np.int32)
+
+
+def at_vertices(mesh: Mesh) -> SurfacePoints:
+    """The places of a mesh's own vertices; face -1 for those that no face uses."""
+    corner = np.full(len(mesh.vertices), -1, dtype=np.int64)
+    corner[mesh.indices[::-1]] = np.arange(len(mesh.indices))[::-1]
+    weights = np.where(corner[:, None] < 0, 0, np.eye(3)[corner % 3])
+    return SurfacePoints((corner // 3).astype(np.int32), weights)
+
+
+def _nearest_vertices(side: Closed, points: Floats) -> Ints:
+    """A vertex for each point, each its own, by least sum of squared distances."""
+    squared = ((points[:, None] - side.given.vertices[None, side.used]) ** 2).sum(axis=2)
+    if len(points) > len(side.used):
+        raise InvalidInput(f"more landmarks than {side.name} has vertices")
+    rows, columns = linear_sum_assignment(squared)
+    _refuse_far(side, np.sqrt(squared[rows, columns]))
+    return side.used[columns]
+
+
+def _nearest_places(side: Closed, points: Floats) -> SurfacePoints:
+    places, distances = ClosestPoints(side.given).query(points)
+    _refuse_far(side, distances)
+    return places
+
+
+def _refuse_far(side: Closed, distances: Floats) -> None:
+    far = np.flatnonzero(distances > SNAP * side.given.diagonal)
+    if len(far):
+        worst = float(distances.max() / side.given.diagonal)
+        raise InvalidInput(
+            f"landmarks {some(far)} (counted from 0) are not on {side.name}: up to {worst:.2g} of "
+            "its diagonal away; are the points in its coordinates, and in this order (source, "
+            "target)?"
+        )
+
+
+def _refuse_coincident(name: str, places: NDArray[Any]) -> None:
+    _, first, counts = np.unique(places, return_index=True, return_counts=True)
+    if (counts > 1).any():
+        twice = np.flatnonzero(places == places[first[counts > 1][0]])
+        raise InvalidInput(
+            f"landmarks {some(twice)} (counted from 0) are at one place of {name}; "
+            "each needs a place of its own"
+        )

@@ -1,0 +1,193 @@
+"""Registering one surface onto another: the method's steps in order.
+
+K. Matsui, K. Morooka, H. Nagahashi: 3-D morphing by direct mapping between mesh models using
+Self-organizing Deformable Model.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import RBFInterpolator
+
+from henkei.geometry.alignment import Similarity
+from henkei.geometry.bridge import bridged
+from henkei.geometry.correspondence import Correspondence, SurfacePoints
+from henkei.geometry.distance import points_on
+from henkei.geometry.progressive_sphere import inverted_on_sphere
+from henkei.mesh import Attributes, Floats
+from henkei.progress import Progress, part, silent
+from henkei.register import literal, mediators
+from henkei.register.alignment import aligned
+from henkei.register.landmarks import (
+    Landmarks,
+    at_vertices,
+    brought_together,
+    no_landmarks,
+    resolved,
+)
+from henkei.register.quality import measured
+from henkei.register.refinement import Expectation, refined, unfolded
+from henkei.register.registration import Registration
+from henkei.register.settings import Settings
+from henkei.register.spheres import OnSphere, turned
+from henkei.register.surfaces import Closed
+
+WARPED_FROM = 4  # landmarks, from which on they say more than where the whole is
+
+
+def register(
+    source: Any,
+    target: Any,
+    *,
+    mediator: Any = "sphere",
+    landmarks: Any = (),
+    regions: Any = None,
+    seed: int = 0,
+    settings: Settings | None = None,
+    progress: Progress = silent,
+) -> Registration:
+    """Give the source the shape of the target; vertices, edges and faces stay the source's.
+
+    Both surfaces are laid out on one sphere without folds, directly or through a mediator. There
+    the source is drawn to where the target has form, and refined until it covers it; no face is
+    ever turned over on the sphere. Every vertex ends on the target's surface.
+
+    Parameters
+    ----------
+    source, target : meshes, or what :meth:`Mesh.from_any` takes: in one piece, manifold,
+        consistently oriented, without handles. Boundary loops are closed by membranes; vertices
+        that land in a membrane of the target are bridged smoothly and marked by face -1.
+    mediator : a shape of like structure that both are brought to first: ``"sphere"``,
+        ``"quadruped"``, ``"humanoid"``, or a mesh.
+    landmarks : corresponding places, as vertex indices (k, 2), or as points (k, 2, 3) on or near
+        both surfaces, the source's standing for the nearest vertex. They are met exactly.
+    regions : integer labels of the source's vertices and of the target's, ``(n,)`` and ``(m,)``; a
+        region of the source goes to the region of the target with the same label. Negative labels
+        leave a vertex free.
+    seed : for the random choice of control points.
+    settings : see :class:`Settings`.
+    progress : see :mod:`henkei.progress`.
+
+    Raises
+    ------
+    InvalidMesh : (its kinds) a surface cannot be used; the message says which, where and why.
+    InvalidInput : landmarks, regions or the mediator cannot be used.
+    Infeasible : the landmarks cannot be brought together without folds.
+    """
+    chosen = settings or Settings()
+    progress("checking the surfaces", 0.0)
+    ours, theirs = Closed.of("source", source), Closed.of("target", target)
+    shape = mediators.chosen(mediator)
+    marks = resolved(ours, theirs, landmarks)
+    progress("aligning", 0.05)
+    motion = aligned(ours.given, theirs.given, marks)
+    if chosen.rule == "literal":
+        return literal.registered(ours, theirs, shape, marks, motion, seed, chosen, progress)
+    model, onto = _on_spheres(
+        ours, theirs, shape, motion, marks, seed, chosen, part(progress, 0.1, 0.5)
+    )
+    progress("unfolding onto the target", 0.5)  # algorithm 2, step 3
+    held = np.searchsorted(ours.used, marks.vertices).astype(np.int32)
+    model = brought_together(model, onto, held, marks)
+    model = unfolded(model, onto, held, chosen, seed)
+    model = brought_together(model, onto, held, marks)
+    progress("refining", 0.6)  # algorithm 1, steps 9 to 11
+    known = Expectation(expected(ours, theirs, motion, marks), held)
+    model = refined(model, onto, known, chosen, seed)
+    progress("measuring", 0.9)
+    return registration(ours, theirs, model, onto, marks, motion)
+
+
+def _on_spheres(
+    ours: Closed,
+    theirs: Closed,
+    shape: Closed | None,
+    motion: Similarity,
+    marks: Landmarks,
+    seed: int,
+    settings: Settings,
+    progress: Progress,
+) -> tuple[OnSphere, OnSphere]:
+    """Both surfaces on one sphere (algorithm 2, step 1: I' and F')."""
+    progress("laying the source out on the sphere", 0.0)
+    model = OnSphere.of(ours.mesh)
+    progress("laying the target out on the sphere", 0.3)
+    onto = OnSphere.of(theirs.mesh)
+    nobody = no_landmarks()
+    if shape is None:
+        return turned(model, onto, expected(ours, theirs, motion, marks)), onto
+    progress("bringing both to the mediator", 0.6)
+    between = OnSphere.of(shape.mesh)
+    to_shape = aligned(ours.given, shape.given, nobody), aligned(theirs.given, shape.given, nobody)
+    drawn = []
+    for side, surface, move in zip((ours, theirs), (model, onto), to_shape, strict=True):
+        places = expected(side, shape, move, nobody)
+        start = turned(surface, between, places)
+        start = unfolded(start, between, nobody.vertices, settings, seed)
+        drawn.append(refined(start, between, Expectation(places, nobody.vertices), settings, seed))
+    return drawn[0], drawn[1]
+
+
+def expected(ours: Closed, theirs: Closed, motion: Similarity, marks: Landmarks) -> Floats:
+    """Where the source's vertices belong as far as alignment and landmarks tell, in the unit of
+    the target's surface on the sphere."""
+    points = motion.apply(ours.mesh.vertices)
+    if len(marks) >= WARPED_FROM:
+        start = motion.apply(ours.given.vertices[marks.vertices])
+        points = points + RBFInterpolator(start, marks.points - start, kernel="linear")(points)
+    return np.asarray(points / np.sqrt(theirs.mesh.face_areas.sum()))
+
+
+def registration(
+    ours: Closed,
+    theirs: Closed,
+    model: OnSphere,
+    onto: OnSphere,
+    marks: Landmarks,
+    motion: Similarity,
+) -> Registration:
+    """The result: every vertex of the source where the target is in its direction."""
+    count = len(ours.used)
+    places = onto.locate(model.directions[:count])
+    own = theirs.is_own(places.face)
+    face = np.full(len(ours.given.vertices), -1, dtype=np.int32)
+    barycentric = np.zeros((len(face), 3))
+    face[ours.used] = np.where(own, places.face, -1)
+    barycentric[ours.used] = np.where(own[:, None], places.barycentric, 0)
+    face[marks.vertices], barycentric[marks.vertices] = marks.places.face, marks.places.barycentric
+    on_target = SurfacePoints(face, barycentric)
+    vertices = points_on(theirs.given, on_target)
+    vertices[marks.vertices] = marks.points
+    missing = face < 0
+    vertices = bridged(ours.given, np.where(missing[:, None], 0, vertices), missing)
+    error = np.linalg.norm(vertices[marks.vertices] - marks.points, axis=1).max(initial=0.0)
+    inverted = len(inverted_on_sphere(model.directions, model.mesh.faces))
+    return Registration(
+        Correspondence(
+            ours.given.faces,
+            ours.given.vertices,
+            vertices,
+            at_vertices(ours.given),
+            on_target,
+            ours.given.attributes,
+            without_normals(ours.given.attributes),
+        ),
+        theirs.given.faces,
+        len(theirs.given.vertices),
+        marks.vertices,
+        motion,
+        measured(
+            ours.given, theirs.given, vertices, missing, error / theirs.given.diagonal, inverted
+        ),
+    )
+
+
+def without_normals(attributes: Attributes) -> Attributes:
+    """What stays true when the shape changes."""
+    kept = {
+        domain: {n: v for n, v in getattr(attributes, domain).items() if n != "normal"}
+        for domain in ("vertex", "corner", "face")
+    }
+    return Attributes(**kept)

@@ -1,0 +1,67 @@
+"""An input surface as the method takes it: one closed piece without handles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from henkei.errors import InvalidMesh
+from henkei.geometry.membrane import closed_by_membranes
+from henkei.geometry.repair import without_unused_vertices
+from henkei.geometry.requirements import require_sphere_with_holes
+from henkei.interchange import surface_from
+from henkei.mesh import Floats, Mesh, PolygonMesh
+from henkei.topology import Ints
+
+
+@dataclass(frozen=True, eq=False)
+class Closed:
+    """One of the two surfaces.
+
+    name : what messages call it.
+    given : the input, its larger faces split into triangles.
+    mesh : closed by membranes, without vertices that no face uses; the input's vertices and faces
+        come first, in their order.
+    """
+
+    name: str
+    given: Mesh
+    mesh: Mesh
+
+    @classmethod
+    def of(cls, name: str, source: Any) -> Closed:
+        """Check and prepare an input; ``name`` stands in the message of an error."""
+        surface = surface_from(source)
+        try:
+            require_sphere_with_holes(surface)
+        except InvalidMesh as error:
+            raise type(error)(f"{name}: {error}") from None
+        given = surface.triangulated() if isinstance(surface, PolygonMesh) else surface
+        used = without_unused_vertices(given)
+        return cls(name, given, closed_by_membranes(used).mesh)
+
+    @cached_property
+    def used(self) -> Ints:
+        """The input's vertices that faces use: the first vertices of ``mesh``, in order."""
+        stays = np.ones(len(self.given.vertices), dtype=bool)
+        stays[self.given.topology.unused_vertices] = False
+        return np.flatnonzero(stays).astype(np.int32)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether membranes were needed."""
+        return len(self.mesh.faces) > len(self.given.faces)
+
+    def is_own(self, faces: Ints) -> NDArray[np.bool_]:
+        """Which faces of ``mesh`` are the input's, not a membrane's."""
+        return np.asarray(faces < len(self.given.faces))
+
+    @cached_property
+    def unit_vertices(self) -> Floats:
+        """The vertices of ``mesh`` scaled to a total area of 1."""
+        area = float(self.mesh.face_areas.sum())
+        return np.asarray(self.mesh.vertices / np.sqrt(area))
