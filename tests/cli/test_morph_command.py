@@ -1,4 +1,4 @@
-"""``henkei morph``: from two disks or from a combined mesh; closed surfaces are refused."""
+"""``henkei morph``: two disks combined, two closed surfaces registered, or a result of either."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 import henkei as hk
 from henkei.cli import main
+from henkei.geometry.morph_quality import intersections_along
+from henkei.register import register
 from henkei.shapes import random_disk
 
 PAIRS = [[0, 0], [5, 5], [10, 10]]
@@ -25,6 +28,24 @@ def folder(tmp_path, monkeypatch) -> Path:
     hk.write("b.ply", hk.Mesh(2 * b.vertices + 3, b.faces))
     hk.save("c.npz", hk.combine("a.ply", "b.ply", PAIRS))
     return tmp_path
+
+
+def ball(seed: int, n: int = 120) -> hk.Mesh:
+    """A random triangulation of an ellipsoid, facing outwards."""
+    points = np.random.default_rng(seed).standard_normal((n, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    faces = ConvexHull(points).simplices
+    outwards = np.linalg.det(points[faces]) > 0
+    faces = np.where(outwards[:, None], faces, faces[:, ::-1])
+    return hk.Mesh(points * [1, 1.2, 1.5 + 0.1 * seed], faces)
+
+
+@pytest.fixture
+def closed(folder) -> tuple[hk.Mesh, hk.Mesh]:
+    a, b = ball(0), ball(1)
+    hk.write("p.ply", a)
+    hk.write("q.ply", hk.Mesh(2 * b.vertices + 3, b.faces))
+    return hk.read("p.ply"), hk.read("q.ply")
 
 
 def vertices(name: str) -> np.ndarray:
@@ -105,13 +126,74 @@ def test_delay_from_a_file(folder, capsys):
     assert main([*arguments, "delay.npy", "--sweep", "top"]) == 2
 
 
-def test_closed_surfaces_are_refused_clearly(folder, capsys):
-    tetrahedron = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
-    hk.write("closed.ply", hk.Mesh(np.vstack([np.zeros(3), np.eye(3)]), tetrahedron))
-    assert main(["morph", "a.ply", "closed.ply", "-o", "m.glb"]) == 2
+def test_the_method_and_the_intersections_are_told(folder, capsys):
+    assert main(["morph", "a.ply", "b.ply", *OPTIONS, "-o", "m.glb"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert told.startswith("method combine (both have a boundary)")
+    counts = intersections_along(hk.load("c.npz").aligned())
+    c = hk.load("c.npz")
+    listed = f"{', '.join(map(str, counts))} of {len(c.faces):,}" if any(counts) else "no"
+    assert f"on the way {listed} faces intersect others, at 10 times from A to B" in told
+    assert main(["morph", "c.npz", "-o", "m.glb", "--json", "--time", "smoothstep"]) == 0
+    crossing = json.loads(capsys.readouterr().out)["intersecting_faces"]
+    assert len(crossing) == 10
+    assert [crossing[0], crossing[-1]] == [counts[0], counts[-1]]
+
+
+def test_two_closed_surfaces_are_registered(closed, capsys):
+    arguments = ["morph", "p.ply", "q.ply", "--landmark", "3", "7", "--seed", "1", "--frames", "3"]
+    files = [item for name in ("f_%d.ply", "m.glb", "r.npz") for item in ("-o", name)]
+    assert main([*arguments, "--no-align", *files]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert told.startswith("method register (both are closed)")
+    assert "mediator sphere" in told
+    assert "faces intersect others, at 10 times" in told
+    expected = register(*closed, landmarks=[(3, 7)], seed=1).correspondence
+    np.testing.assert_array_equal(vertices("f_0.ply"), closed[0].vertices)
+    np.testing.assert_array_equal(vertices("f_2.ply"), expected.vertices_b)
+    assert Path("m.glb").read_bytes()[:4] == b"glTF"
+
+    assert main(["morph", "r.npz", "-o", "g_%d.ply", "--frames", "3"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert told.startswith("registered r.npz: 120 vertices, 236 faces aligned b turned by")
+    np.testing.assert_array_equal(vertices("g_2.ply"), hk.load("r.npz").aligned().mesh.vertices)
+    assert main([*arguments, "--json", "-o", "n.glb"]) == 0
+    about = json.loads(capsys.readouterr().out)
+    assert (about["method"], about["why"]) == ("register", "both are closed")
+    assert about["seed"] == 1
+    assert len(about["intersecting_faces"]) == 10
+
+
+def test_open_and_closed_do_not_mix(closed, capsys):
+    assert main(["morph", "a.ply", "p.ply", "-o", "m.glb"]) == 2
     err = capsys.readouterr().err
-    assert err.startswith("henkei: closed.ply: the surface is closed, and registering closed")
+    assert err.startswith("henkei: a.ply has a boundary and p.ply is closed")
+    assert "--method register" in err
     assert err.count("\n") == 1
+    assert main(["morph", "a.ply", "p.ply", "--method", "combine", "-o", "m.glb"]) == 2
+    assert capsys.readouterr().err.startswith("henkei: p.ply: the surface is closed")
+    assert not Path("m.glb").exists()
+    assert main(["morph", "a.ply", "p.ply", "--method", "register", "-o", "m.npz"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert told.startswith("method register (as asked)")
+    np.testing.assert_array_equal(hk.load("m.npz").faces, hk.read("a.ply").faces)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["p.ply", "q.ply", "--pair", "1", "2"], "--pair: only for surfaces that are combined"),
+        (["p.ply", "q.ply", "--fill-holes", "--snap", "0.1"], "--fill-holes, --snap: only"),
+        (["a.ply", "b.ply", "--seed", "1"], "--seed: only for surfaces that are registered"),
+        (["a.ply", "b.ply", "--mediator", "humanoid"], "--mediator: only for"),
+        (["c.npz", "--mediator", "humanoid"], "is combined already"),
+        (["p.ply", "q.ply", "--mediator", "p.ply", "-o", "p.ply"], "known are .npz"),
+        (["p.ply", "q.ply", "--method", "wrap"], "Invalid value"),
+    ],
+)
+def test_options_of_the_other_method_are_refused(closed, capsys, arguments, reason):
+    assert main(["morph", *arguments, "-o", "m.glb"]) == 2
+    assert reason in " ".join(capsys.readouterr().err.split())
     assert not Path("m.glb").exists()
 
 

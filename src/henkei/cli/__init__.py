@@ -16,6 +16,8 @@ DONE, BROKEN_PIPE, REFUSED, INTERRUPTED = 0, 1, 2, 130  # exit status; 3 is some
 COMMANDS = {
     "info": "Say what meshes are, what is wrong with them, and which commands take them.",
     "combine": "Combine two disks into one mesh that carries both surfaces exactly.",
+    "register": "Register a mesh onto any other, or many scans into one connectivity.",
+    "stats": "Mean, modes and variance of shapes in one connectivity.",
     "morph": "Write the way from one shape to another: glTF, USD, meshes, pictures, films.",
     "demo": "Combine and morph two built-in heads, and show the result on a page.",
 }
@@ -35,7 +37,8 @@ def program(arguments: Sequence[str] = ()) -> App:
     """
     app = App(
         name="henkei",
-        help="Change the form of surfaces: combine two meshes into one, morph between them.",
+        help="Change the form of surfaces: combine or register two meshes, put many into one "
+        "connectivity, morph between them.",
         help_format="markdown",
         version=version,
         default_parameter=Parameter(negative=()),
