@@ -1,4 +1,4 @@
-"""What every combined mesh must fulfil, said once."""
+"""What every combined mesh and every registration must fulfil, said once."""
 
 from __future__ import annotations
 
@@ -85,3 +85,61 @@ def assert_disk(mesh: hk.Mesh) -> None:
     assert len(topology.boundary_loops) == 1
     assert topology.euler_characteristic == 1
     assert mesh.face_areas.min() > 0
+
+
+def assert_registered(
+    r: hk.Registration, source: hk.Mesh, target: hk.Mesh, *, landmarks=(), whole: bool = True
+) -> None:
+    """All guarantees of a registration.
+
+    landmarks : pairs (k, 2) of vertices, or (k, 2, 3) of a source vertex' point and a point on the
+        target. whole : no vertex is bridged, as where the target is closed.
+    """
+    np.testing.assert_array_equal(r.faces, source.faces)
+    np.testing.assert_array_equal(r.mesh.faces, source.faces)
+    np.testing.assert_array_equal(r.correspondence.vertices_a, source.vertices)
+    np.testing.assert_array_equal(r.target_faces, target.faces)
+    assert r.target_vertices == len(target.vertices)
+    assert r.mesh.vertices.shape == source.vertices.shape
+    assert np.isfinite(r.mesh.vertices).all()
+    used = np.zeros(len(source.vertices), dtype=bool)
+    used[source.faces] = True
+    assert_places(source, source.vertices, r.correspondence.on_a, used)
+    placed = r.on_target.face >= 0
+    assert_places(target, r.mesh.vertices, r.on_target, placed)
+    assert not placed[~used].any()
+    assert placed[used].all() or not whole
+    assert_landmarks_met(r, source, target, landmarks)
+    q = r.quality
+    assert (q.vertices, q.faces) == (len(source.vertices), len(source.faces))
+    assert q.inverted == 0
+    assert q.bridged == np.count_nonzero(used & ~placed)
+    assert q.landmark_error <= TOLERANCE
+    assert 0 <= q.to_target_mean <= q.to_target_max <= TOLERANCE
+    assert 0 <= q.to_source_mean <= q.to_source_max < 1
+    assert q.flipped_fraction == q.flipped / len(source.faces)
+    assert q.self_intersecting_fraction == q.self_intersecting / len(source.faces)
+
+
+def assert_places(mesh: hk.Mesh, points, places, placed) -> None:
+    """Where a point has a place on the mesh it is there; where it has none nothing is said."""
+    np.testing.assert_array_equal(places.face >= 0, placed)
+    assert (places.face < len(mesh.faces)).all()
+    assert (places.barycentric[~placed] == 0).all()
+    assert_on_surface(mesh, points[placed], places.taken(placed))
+
+
+def assert_landmarks_met(r: hk.Registration, source: hk.Mesh, target: hk.Mesh, landmarks) -> None:
+    """The vertices of the source that were landmarks are where their counterparts are."""
+    pairs = np.asarray(landmarks)
+    assert len(r.landmarks) == len(pairs)
+    if not len(pairs):
+        return
+    if pairs.ndim == 2:
+        np.testing.assert_array_equal(r.landmarks, pairs[:, 0])
+        goals = target.vertices[pairs[:, 1]]
+    else:
+        from_points = np.abs(source.vertices[r.landmarks] - pairs[:, 0]).max()
+        assert from_points <= TOLERANCE * source.diagonal
+        goals = pairs[:, 1]
+    assert np.abs(r.mesh.vertices[r.landmarks] - goals).max() <= TOLERANCE * target.diagonal

@@ -130,20 +130,29 @@ nb::tuple locate_on_sphere(Vectors sphere, Faces faces, In<int32_t, -1> twins, V
     return nb::make_tuple(hand_over(std::move(face)), hand_over(std::move(weights), 3));
 }
 
-Out<double> refine(Vectors sphere, Vectors rest, Vectors guide, Faces faces, In<uint8_t, -1> frozen,
+Out<double> refine(Vectors sphere, Vectors rest, Vectors guide, In<double, -1> trust, Faces faces,
+                   In<uint8_t, -1> frozen, In<int32_t, -1> region, In<double, -1, -1> outside,
                    Vectors target_sphere, Vectors target, Vectors target_normals,
                    Faces target_faces, In<int32_t, -1> target_twins, Vectors control_sphere,
-                   Vectors controls, double coverage, double worst, double distortion, double lean,
-                   double guided, int64_t coarsest, int sweeps) {
+                   Vectors controls, In<double, 7> weights, int64_t coarsest, int sweeps) {
     Array<double> moved(sphere.size());
+    const double* w = weights.data();
+    henkei::RefinementInput in{};
+    in.sphere = vectors(sphere), in.rest = vectors(rest), in.guide = vectors(guide);
+    in.trust = trust.data(), in.outside = outside.data(), in.region = region.data();
+    in.faces = faces.data(), in.frozen = frozen.data();
+    in.vertices = int64_t(sphere.shape(0)), in.faces_count = int64_t(faces.shape(0));
+    in.target_sphere = vectors(target_sphere), in.target_x = vectors(target);
+    in.target_normals = vectors(target_normals);
+    in.target_faces = target_faces.data(), in.target_twins = target_twins.data();
+    in.target_face_count = int64_t(target_faces.shape(0));
+    in.target_vertices = int64_t(target.shape(0));
+    in.control_sphere = vectors(control_sphere), in.control_x = vectors(controls);
+    in.controls = int64_t(controls.shape(0));
     {
         nb::gil_scoped_release release;
-        henkei::refine({vectors(sphere), vectors(rest), vectors(guide), faces.data(), nullptr,
-                        nullptr, frozen.data(), int64_t(sphere.shape(0)), int64_t(faces.shape(0)),
-                        vectors(target_sphere), vectors(target), vectors(target_normals),
-                        target_faces.data(), target_twins.data(), int64_t(target_faces.shape(0)),
-                        vectors(control_sphere), vectors(controls), int64_t(controls.shape(0))},
-                       {coverage, worst, distortion, lean, guided}, coarsest, sweeps, moved.data());
+        henkei::refine(in, {w[0], w[1], w[2], w[3], w[4], w[5], w[6]}, coarsest, sweeps,
+                       moved.data());
     }
     return hand_over(std::move(moved), 3);
 }
@@ -227,10 +236,10 @@ NB_MODULE(_kernels, m) {
         },
         "positions"_a, "faces"_a);
     m.def("locate_on_sphere", &locate_on_sphere, "sphere"_a, "faces"_a, "twins"_a, "points"_a);
-    m.def("refine", &refine, "sphere"_a, "rest"_a, "guide"_a, "faces"_a, "frozen"_a,
-          "target_sphere"_a, "target"_a, "target_normals"_a, "target_faces"_a, "target_twins"_a,
-          "control_sphere"_a, "controls"_a, "coverage"_a, "worst"_a, "distortion"_a, "lean"_a,
-          "guided"_a, "coarsest"_a, "sweeps"_a);
+    m.def("refine", &refine, "sphere"_a, "rest"_a, "guide"_a, "trust"_a, "faces"_a, "frozen"_a,
+          "region"_a, "outside"_a, "target_sphere"_a, "target"_a, "target_normals"_a,
+          "target_faces"_a, "target_twins"_a, "control_sphere"_a, "controls"_a, "weights"_a,
+          "coarsest"_a, "sweeps"_a);
     m.def("adapt", &adapt, "vertices"_a, "ring_start"_a, "ring"_a, "points"_a, "normals"_a,
           "winners"_a, "steps"_a, "rate_start"_a, "rate_end"_a, "radius_start"_a, "radius_end"_a,
           "literal"_a, "seed"_a, "low"_a, "high"_a);

@@ -43,27 +43,33 @@ void locate_on_sphere(const double* x, const int32_t* faces, const int32_t* twin
 // A model and its target, both on one sphere. frozen: vertices that stay (landmarks).
 // on_face: the target's face that holds each vertex.
 // controls: points of the target that the model is to cover. rest: the model's own shape.
+// guide, trust: where a vertex is expected, and from 0 to 1 how surely. region: of each vertex, or -1;
+// outside: per region, the distance of each of the target's vertices from it.
 struct RefinementInput {
     using Vec = std::array<double, 3>;
     const Vec *sphere, *rest, *guide;
     const int32_t *faces, *twins, *on_face;
+    const double *trust, *outside;
+    const int32_t* region;
     const uint8_t* frozen;
     int64_t vertices, faces_count;
     const Vec *target_sphere, *target_x, *target_normals;
     const int32_t *target_faces, *target_twins;
-    int64_t target_face_count;
+    int64_t target_face_count, target_vertices;
     const Vec *control_sphere, *control_x;
     int64_t controls;
 };
 
 // coverage: squared distance of control points, in squared mean edge lengths; worst: its square.
-// distortion: symmetric Dirichlet energy. lean: away from the target's normals. guide: away from
-// where vertices are expected.
+// distortion: of the faces' angles and areas. lean: away from the target's normals. guide: away from
+// where vertices are expected, on coarse levels; hold: the same on all, where that is trusted.
+// region: distance from the region of the same number.
 struct RefinementWeights {
-    double coverage, worst, distortion, lean, guide;
+    double coverage, worst, distortion, lean, guide, hold, region;
 };
 
-// Where the vertices end on the sphere, through levels of at least `coarsest` vertices.
+// Where the vertices end on the sphere, through levels of at least `coarsest` vertices that are
+// not frozen.
 void refine(const RefinementInput& input, const RefinementWeights& weights, int64_t coarsest,
             int sweeps, double* sphere);
 

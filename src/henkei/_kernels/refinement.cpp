@@ -192,11 +192,18 @@ class Refinement {
         return share * (w_.distortion * distortion + w_.lean * lean * lean);
     }
 
-    // Being away from where the vertex is expected.
-    double guide_energy(int32_t v, const Place& p) const {
-        if (!(w_.guide > 0)) return 0;
+    // Being away from where the vertex is expected, and outside of its region.
+    double place_energy(int32_t v, const Place& p) const {
         const Vec away = p.x - in_.guide[v];
-        return w_.guide * dot(away, away) / double(in_.vertices);
+        const double trust = in_.trust[v];
+        const double pull = w_.hold * trust + w_.guide * (1 - trust) / double(in_.vertices);
+        if (in_.region[v] < 0) return pull * dot(away, away);
+        const double* distance = in_.outside + int64_t(in_.region[v]) * in_.target_vertices;
+        double out = 0;
+        for (int k = 0; k < 3; ++k) {
+            out += p.weights[k] * distance[in_.target_faces[3 * int64_t(p.face) + k]];
+        }
+        return pull * dot(away, away) + w_.region * out * out;
     }
 
     double distance_energy(double squared) const {
@@ -214,7 +221,7 @@ class Refinement {
     }
 
     double energy_here(int32_t v) const {
-        double sum = guide_energy(v, place_[v]);
+        double sum = place_energy(v, place_[v]);
         for (int64_t s = first_[v]; s < first_[v + 1]; ++s) sum += face_energy(star_[s], place_[v]);
         for (int32_t c : controls_) sum += distance_energy(control_distance_[c]);
         return sum;
@@ -238,7 +245,7 @@ class Refinement {
     // Energy of the star of v with v in another place; infinite where a face would turn over.
     // Stops when above `limit`. Leaves in faces_ and distances_ where the controls would go.
     double energy_at(int32_t v, const Place& p, double limit) {
-        double sum = guide_energy(v, p);
+        double sum = place_energy(v, p);
         for (int64_t s = first_[v]; s < first_[v + 1]; ++s) {
             sum += face_energy(star_[s], p);
             if (sum >= limit) return kInfinity;
@@ -354,8 +361,9 @@ class Refinement {
 
 // One level: its vertices under numbers of their own, and the arrays that go with them.
 struct Level {
-    std::vector<int32_t> own, faces, twins, on_face;
+    std::vector<int32_t> own, faces, twins, on_face, region;
     std::vector<Vec> sphere, rest, guide, control_sphere, control_x;
+    std::vector<double> trust;
     std::vector<uint8_t> frozen;
 
     Level(const RefinementInput& in, const Coarsening& mesh, const std::vector<Vec>& placed)
@@ -368,6 +376,8 @@ struct Level {
             rest.push_back(in.rest[v]);
             frozen.push_back(in.frozen[v]);
             guide.push_back(in.guide[v]);
+            trust.push_back(in.trust[v]);
+            region.push_back(in.region[v]);
         }
         std::vector<int32_t> origin, target;
         for (size_t h = 0; h < faces.size(); ++h) {
@@ -394,6 +404,7 @@ struct Level {
     RefinementInput input(const RefinementInput& in) const {
         RefinementInput level = in;
         level.sphere = sphere.data(), level.rest = rest.data(), level.guide = guide.data();
+        level.trust = trust.data(), level.region = region.data();
         level.faces = faces.data(), level.twins = twins.data(), level.on_face = on_face.data();
         level.frozen = frozen.data();
         level.vertices = int64_t(own.size()), level.faces_count = int64_t(faces.size() / 3);
@@ -430,11 +441,12 @@ void refine(const RefinementInput& in, const RefinementWeights& weights, int64_t
             int sweeps, double* placed) {
     std::vector<Vec> sphere(in.sphere, in.sphere + in.vertices);
     Coarsening mesh(in.faces, in.faces_count, in.vertices);
-    while (mesh.vertex_count() > coarsest) {
-        const int64_t before = mesh.vertex_count();
-        if (mesh.coarsen(sphere, in.rest, in.frozen) == 0) break;
+    const int64_t frozen = std::count(in.frozen, in.frozen + in.vertices, uint8_t(1));
+    while (mesh.vertex_count() - frozen > coarsest) {
+        const int64_t taken = mesh.coarsen(sphere, in.rest, in.frozen);
+        if (taken == 0) break;
         sweep_level(in, weights, mesh, 2, sphere);
-        if (mesh.vertex_count() > before * 98 / 100) break;
+        if (taken < (mesh.vertex_count() - frozen) / 50) break;
     }
     sweep_level(in, weights, mesh, sweeps, sphere);
     while (mesh.rounds() > 0) {

@@ -10,10 +10,6 @@
 namespace henkei {
 namespace {
 
-bool in_front(const Sphere& sphere, int64_t face, const Vec& p) {
-    return dot(sphere.corner(face, 0) + sphere.corner(face, 1) + sphere.corner(face, 2), p) > 0;
-}
-
 // Weights of the point in which the ray along p meets the plane of the face, none negative.
 Vec inside_weights(const Vec& sides) {
     Vec w = {std::max(sides[0], 0.0), std::max(sides[1], 0.0), std::max(sides[2], 0.0)};
@@ -26,7 +22,6 @@ int64_t least_outside(const Sphere& sphere, const Vec& p) {
     int64_t best = 0;
     double most = -INFINITY;
     for (int64_t f = 0; f < sphere.face_count; ++f) {
-        if (!in_front(sphere, f, p)) continue;
         const Vec s = sphere.sides(f, p);
         const double scale = std::abs(s[0]) + std::abs(s[1]) + std::abs(s[2]);
         const double margin = scale > 0 ? std::min({s[0], s[1], s[2]}) / scale : -1.0;
@@ -48,7 +43,7 @@ int64_t locate(const Sphere& sphere, const Vec& p, int64_t near, Vec& weights) {
             if (s[side] < 0) leave = side;
         }
         if (leave < 0) {
-            if (in_front(sphere, face, p)) {
+            if (s[0] + s[1] + s[2] > 0) {
                 weights = inside_weights(s);
                 return face;
             }

@@ -9,19 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from henkei.errors import Infeasible, InvalidInput, some
+from henkei.errors import InvalidInput, some
 from henkei.geometry.correspondence import SurfacePoints
 from henkei.geometry.distance import ClosestPoints, points_on
-from henkei.geometry.progressive_sphere import inverted_on_sphere
-from henkei.geometry.sphere_flow import flowed
 from henkei.mesh import Floats, Mesh
-from henkei.register.spheres import OnSphere
 from henkei.register.surfaces import Closed
 from henkei.topology import Ints
 
 SNAP = 0.02  # farthest that a landmark may be from its surface, as a fraction of the diagonal
-REACHES = (0.6, 0.3, 0.6, 0.15, 0.6, 0.3, 0.15, 0.1) * 2  # of the flows, in radii of the sphere
-ROUNDING = 1e-12
 SHAPE = "landmarks are pairs of vertices (k, 2), or of points (k, 2, 3)"
 
 
@@ -76,34 +71,6 @@ def resolved(source: Closed, target: Closed, pairs: Any) -> Landmarks:
     _refuse_coincident(source.name, vertices)
     _refuse_coincident(target.name, np.unique(found.points, axis=0, return_inverse=True)[1])
     return found
-
-
-def brought_together(
-    model: OnSphere, target: OnSphere, vertices: Ints, marks: Landmarks
-) -> OnSphere:
-    """The model with its landmarks, as ``vertices`` of its mesh, exactly where they belong on the
-    sphere.
-
-    A smooth flow takes them there; where it folds faces that are large against it, these are laid
-    out anew, which may move a landmark a little: so it is done again until all are in place.
-
-    Raises
-    ------
-    Infeasible : they do not come together.
-    """
-    goals = target.directions_of(marks.places)
-    for reach in REACHES:
-        moved = flowed(model.directions, vertices, goals, reach)
-        moved[vertices] = goals
-        if not len(inverted_on_sphere(moved, model.mesh.faces)):
-            return model.moved(moved)
-        model = model.unfolded(moved)
-    away = np.linalg.norm(model.directions[vertices] - goals, axis=1) > ROUNDING
-    raise Infeasible(
-        f"landmarks {some(np.flatnonzero(away))} (counted from 0) cannot reach their places "
-        "without folds: their order around the others differs between source and target, or they "
-        "are very near to others; check that each pair corresponds, or leave some out"
-    )
 
 
 def _existing(side: Closed, vertices: NDArray[Any]) -> Ints:

@@ -141,7 +141,7 @@ def with_landmarks(control: ControlPoints, points: Floats, winners: Ints) -> Con
     (eq. 19, 20)."""
     if not len(points):
         return control
-    away, nearest = cKDTree(control.points).query(points)
+    away, nearest = map(np.asarray, cKDTree(control.points).query(points))
     others = np.delete(np.arange(len(control.points)), nearest[away == 0])
     return ControlPoints(
         np.concatenate([control.points[others], points]),

@@ -9,32 +9,30 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import RBFInterpolator
 
 from henkei.geometry.alignment import Similarity
 from henkei.geometry.bridge import bridged
 from henkei.geometry.correspondence import Correspondence, SurfacePoints
 from henkei.geometry.distance import points_on
 from henkei.geometry.progressive_sphere import inverted_on_sphere
-from henkei.mesh import Attributes, Floats
+from henkei.mesh import Attributes
 from henkei.progress import Progress, part, silent
 from henkei.register import literal, mediators
 from henkei.register.alignment import aligned
+from henkei.register.expectation import Expectation, expectation
 from henkei.register.landmarks import (
     Landmarks,
     at_vertices,
-    brought_together,
     no_landmarks,
     resolved,
 )
 from henkei.register.quality import measured
-from henkei.register.refinement import Expectation, refined, unfolded
+from henkei.register.refinement import refined, unfolded
+from henkei.register.regions import anywhere, labelled
 from henkei.register.registration import Registration
 from henkei.register.settings import Settings
-from henkei.register.spheres import OnSphere, turned
+from henkei.register.spheres import OnSphere, brought_together, turned
 from henkei.register.surfaces import Closed
-
-WARPED_FROM = 4  # landmarks, from which on they say more than where the whole is
 
 
 def register(
@@ -81,21 +79,19 @@ def register(
     ours, theirs = Closed.of("source", source), Closed.of("target", target)
     shape = mediators.chosen(mediator)
     marks = resolved(ours, theirs, landmarks)
+    where = labelled(ours, theirs, regions)
     progress("aligning", 0.05)
     motion = aligned(ours.given, theirs.given, marks)
     if chosen.rule == "literal":
         return literal.registered(ours, theirs, shape, marks, motion, seed, chosen, progress)
-    model, onto = _on_spheres(
-        ours, theirs, shape, motion, marks, seed, chosen, part(progress, 0.1, 0.5)
-    )
+    known = expectation(ours, theirs, motion, marks)
+    model, onto = _on_spheres(ours, theirs, shape, known, seed, chosen, part(progress, 0.1, 0.5))
     progress("unfolding onto the target", 0.5)  # algorithm 2, step 3
-    held = np.searchsorted(ours.used, marks.vertices).astype(np.int32)
-    model = brought_together(model, onto, held, marks)
-    model = unfolded(model, onto, held, chosen, seed)
-    model = brought_together(model, onto, held, marks)
+    model = brought_together(model, onto, known.landmarks, marks)
+    model = unfolded(model, onto, known, chosen, seed)
+    model = brought_together(model, onto, known.landmarks, marks)
     progress("refining", 0.6)  # algorithm 1, steps 9 to 11
-    known = Expectation(expected(ours, theirs, motion, marks), held)
-    model = refined(model, onto, known, chosen, seed)
+    model = refined(model, onto, known, where, chosen, seed)
     progress("measuring", 0.9)
     return registration(ours, theirs, model, onto, marks, motion)
 
@@ -104,8 +100,7 @@ def _on_spheres(
     ours: Closed,
     theirs: Closed,
     shape: Closed | None,
-    motion: Similarity,
-    marks: Landmarks,
+    known: Expectation,
     seed: int,
     settings: Settings,
     progress: Progress,
@@ -117,27 +112,16 @@ def _on_spheres(
     onto = OnSphere.of(theirs.mesh)
     nobody = no_landmarks()
     if shape is None:
-        return turned(model, onto, expected(ours, theirs, motion, marks)), onto
+        return turned(model, onto, known), onto
     progress("bringing both to the mediator", 0.6)
     between = OnSphere.of(shape.mesh)
     to_shape = aligned(ours.given, shape.given, nobody), aligned(theirs.given, shape.given, nobody)
     drawn = []
     for side, surface, move in zip((ours, theirs), (model, onto), to_shape, strict=True):
-        places = expected(side, shape, move, nobody)
-        start = turned(surface, between, places)
-        start = unfolded(start, between, nobody.vertices, settings, seed)
-        drawn.append(refined(start, between, Expectation(places, nobody.vertices), settings, seed))
+        places = expectation(side, shape, move, nobody)
+        start = unfolded(turned(surface, between, places), between, places, settings, seed)
+        drawn.append(refined(start, between, places, anywhere(side), settings, seed))
     return drawn[0], drawn[1]
-
-
-def expected(ours: Closed, theirs: Closed, motion: Similarity, marks: Landmarks) -> Floats:
-    """Where the source's vertices belong as far as alignment and landmarks tell, in the unit of
-    the target's surface on the sphere."""
-    points = motion.apply(ours.mesh.vertices)
-    if len(marks) >= WARPED_FROM:
-        start = motion.apply(ours.given.vertices[marks.vertices])
-        points = points + RBFInterpolator(start, marks.points - start, kernel="linear")(points)
-    return np.asarray(points / np.sqrt(theirs.mesh.face_areas.sum()))
 
 
 def registration(

@@ -26,6 +26,8 @@ class Settings:
         keep the form of the faces, smaller ones let vertices go where the target needs them.
     guide : weight, in coarse versions, of being where alignment and landmarks let a vertex be
         expected; 0 switches it off.
+    hold : weight, in all versions, of being where shapes that are alike let a vertex be
+        expected; 0 switches it off.
     regions : weight of being in the region of the same label.
     """
 
@@ -39,4 +41,5 @@ class Settings:
     sweeps: int = 8
     distortion: float = 1e-3
     guide: float = 0.1
+    hold: float = 0.005
     regions: float = 1.0

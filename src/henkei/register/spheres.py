@@ -6,12 +6,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from henkei.errors import Infeasible, some
 from henkei.geometry.correspondence import SurfacePoints, weighted_mean
 from henkei.geometry.distance import ClosestPoints
-from henkei.geometry.progressive_sphere import progressive_sphere
+from henkei.geometry.progressive_sphere import inverted_on_sphere, progressive_sphere
 from henkei.geometry.rotations import best_rotations
 from henkei.geometry.sphere import located, unit
+from henkei.geometry.sphere_flow import flowed
 from henkei.mesh import Floats, Mesh
+from henkei.register.expectation import Expectation
+from henkei.register.landmarks import Landmarks
+from henkei.topology import Ints
+
+REACHES = (0.6, 0.3, 0.6, 0.15, 0.6, 0.3, 0.15, 0.1) * 2  # of the flows, in radii of the sphere
+ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +59,43 @@ class OnSphere:
         )
 
 
-def turned(source: OnSphere, target: OnSphere, expected: Floats) -> OnSphere:
-    """The source turned as a whole so that its vertices come near to where they are expected.
-
-    expected : (n, 3) points near the target, where alignment puts the source's vertices.
-    """
-    places, _ = ClosestPoints(target.mesh).query(expected)
+def turned(source: OnSphere, target: OnSphere, expected: Expectation) -> OnSphere:
+    """The source turned as a whole so that its vertices come near to where they are expected, and
+    laid out anew there where that is trusted."""
+    places, _ = ClosestPoints(target.mesh).query(expected.points)
     goal = target.directions_of(places)
     share = np.repeat(source.mesh.face_areas, 3)
     weights = np.bincount(source.mesh.indices, share, len(source.directions))
     covariance = (weights[:, None] * goal).T @ source.directions
-    return source.moved(source.directions @ best_rotations(covariance[None])[0].T)
+    directions = source.directions @ best_rotations(covariance[None])[0].T
+    if not expected.trust.any():
+        return source.moved(directions)
+    return source.unfolded(np.where(expected.trust[:, None] > 0.5, goal, directions))
+
+
+def brought_together(
+    model: OnSphere, target: OnSphere, vertices: Ints, marks: Landmarks
+) -> OnSphere:
+    """The model with its landmarks, as ``vertices`` of its mesh, exactly where they belong on the
+    sphere.
+
+    A smooth flow takes them there; where it folds faces that are large against it, these are laid
+    out anew, which may move a landmark a little: so it is done again until all are in place.
+
+    Raises
+    ------
+    Infeasible : they do not come together.
+    """
+    goals = target.directions_of(marks.places)
+    for reach in REACHES:
+        moved = flowed(model.directions, vertices, goals, reach)
+        moved[vertices] = goals
+        if not len(inverted_on_sphere(moved, model.mesh.faces)):
+            return model.moved(moved)
+        model = model.unfolded(moved)
+    away = np.linalg.norm(model.directions[vertices] - goals, axis=1) > ROUNDING
+    raise Infeasible(
+        f"landmarks {some(np.flatnonzero(away))} (counted from 0) cannot reach their places "
+        "without folds: their order around the others differs between source and target, or they "
+        "are very near to others; check that each pair corresponds, or leave some out"
+    )

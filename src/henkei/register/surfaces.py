@@ -14,7 +14,7 @@ from henkei.geometry.membrane import closed_by_membranes
 from henkei.geometry.repair import without_unused_vertices
 from henkei.geometry.requirements import require_sphere_with_holes
 from henkei.interchange import surface_from
-from henkei.mesh import Floats, Mesh, PolygonMesh
+from henkei.mesh import Mesh, PolygonMesh
 from henkei.topology import Ints
 
 
@@ -61,7 +61,6 @@ class Closed:
         return np.asarray(faces < len(self.given.faces))
 
     @cached_property
-    def unit_vertices(self) -> Floats:
-        """The vertices of ``mesh`` scaled to a total area of 1."""
-        area = float(self.mesh.face_areas.sum())
-        return np.asarray(self.mesh.vertices / np.sqrt(area))
+    def unit_mesh(self) -> Mesh:
+        """``mesh`` scaled to a total area of 1."""
+        return Mesh(self.mesh.vertices / np.sqrt(self.mesh.face_areas.sum()), self.mesh.faces)
