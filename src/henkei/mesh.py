@@ -43,6 +43,14 @@ class Attributes:
             arrays = {name: _frozen(np.array(a)) for name, a in getattr(self, domain).items()}
             object.__setattr__(self, domain, MappingProxyType(arrays))
 
+    def without(self, name: str) -> Attributes:
+        """All but the arrays of one name."""
+        kept = {
+            domain: {n: values for n, values in getattr(self, domain).items() if n != name}
+            for domain in ("vertex", "corner", "face")
+        }
+        return Attributes(**kept)
+
     def __bool__(self) -> bool:
         return bool(self.vertex or self.corner or self.face)
 

@@ -43,8 +43,8 @@ void locate_on_sphere(const double* x, const int32_t* faces, const int32_t* twin
 // A model and its target, both on one sphere. frozen: vertices that stay (landmarks).
 // on_face: the target's face that holds each vertex.
 // controls: points of the target that the model is to cover. rest: the model's own shape.
-// guide, trust: where a vertex is expected, and from 0 to 1 how surely. region: of each vertex, or -1;
-// outside: per region, the distance of each of the target's vertices from it.
+// guide, trust: where a vertex is expected, and from 0 to 1 how surely. region: of each vertex, or
+// -1; outside: per region, the distance of each of the target's vertices from it.
 struct RefinementInput {
     using Vec = std::array<double, 3>;
     const Vec *sphere, *rest, *guide;
@@ -61,8 +61,8 @@ struct RefinementInput {
 };
 
 // coverage: squared distance of control points, in squared mean edge lengths; worst: its square.
-// distortion: of the faces' angles and areas. lean: away from the target's normals. guide: away from
-// where vertices are expected, on coarse levels; hold: the same on all, where that is trusted.
+// distortion: of the faces' angles and areas. lean: away from the target's normals. guide: away
+// from where vertices are expected, on coarse levels; hold: the same on all, where that is trusted.
 // region: distance from the region of the same number.
 struct RefinementWeights {
     double coverage, worst, distortion, lean, guide, hold, region;

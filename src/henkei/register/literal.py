@@ -40,7 +40,7 @@ from henkei.geometry.bridge import bridged
 from henkei.geometry.correspondence import Correspondence, SurfacePoints
 from henkei.geometry.distance import ClosestPoints
 from henkei.geometry.progressive_sphere import inverted_on_sphere
-from henkei.mesh import Attributes, Floats, Mesh
+from henkei.mesh import Floats, Mesh
 from henkei.progress import Progress, part, silent
 from henkei.register.adaptation import ControlPoints, adapted
 from henkei.register.alignment import aligned
@@ -308,7 +308,7 @@ def _registration(
             at_vertices(ours.given),
             on_target,
             ours.given.attributes,
-            _without_normals(ours.given.attributes),
+            ours.given.attributes.without("normal"),
         ),
         theirs.given.faces,
         len(theirs.given.vertices),
@@ -316,12 +316,3 @@ def _registration(
         motion,
         measured(ours.given, theirs.given, vertices, nowhere, error, inverted),
     )
-
-
-def _without_normals(attributes: Attributes) -> Attributes:
-    """What stays true when the shape changes."""
-    kept = {
-        domain: {n: v for n, v in getattr(attributes, domain).items() if n != "normal"}
-        for domain in ("vertex", "corner", "face")
-    }
-    return Attributes(**kept)

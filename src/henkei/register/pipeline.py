@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from henkei.errors import InvalidInput
 from henkei.geometry.alignment import Similarity
 from henkei.geometry.bridge import bridged
 from henkei.geometry.correspondence import Correspondence, SurfacePoints
 from henkei.geometry.distance import points_on
 from henkei.geometry.progressive_sphere import inverted_on_sphere
-from henkei.mesh import Attributes
 from henkei.progress import Progress, part, silent
 from henkei.register import literal, mediators
 from henkei.register.alignment import aligned
@@ -32,7 +32,7 @@ from henkei.register.regions import anywhere, labelled
 from henkei.register.registration import Registration
 from henkei.register.settings import Settings
 from henkei.register.spheres import OnSphere, brought_together, turned
-from henkei.register.surfaces import Closed
+from henkei.register.surfaces import Closed, refuse_opposite
 
 
 def register(
@@ -77,12 +77,15 @@ def register(
     chosen = settings or Settings()
     progress("checking the surfaces", 0.0)
     ours, theirs = Closed.of("source", source), Closed.of("target", target)
+    refuse_opposite(ours, theirs)
     shape = mediators.chosen(mediator)
     marks = resolved(ours, theirs, landmarks)
     where = labelled(ours, theirs, regions)
     progress("aligning", 0.05)
     motion = aligned(ours.given, theirs.given, marks)
     if chosen.rule == "literal":
+        if regions is not None:
+            raise InvalidInput('regions are not part of the literal form; take rule="nearest"')
         return literal.registered(ours, theirs, shape, marks, motion, seed, chosen, progress)
     known = expectation(ours, theirs, motion, marks)
     model, onto = _on_spheres(ours, theirs, shape, known, seed, chosen, part(progress, 0.1, 0.5))
@@ -156,7 +159,7 @@ def registration(
             at_vertices(ours.given),
             on_target,
             ours.given.attributes,
-            without_normals(ours.given.attributes),
+            ours.given.attributes.without("normal"),
         ),
         theirs.given.faces,
         len(theirs.given.vertices),
@@ -166,12 +169,3 @@ def registration(
             ours.given, theirs.given, vertices, missing, error / theirs.given.diagonal, inverted
         ),
     )
-
-
-def without_normals(attributes: Attributes) -> Attributes:
-    """What stays true when the shape changes."""
-    kept = {
-        domain: {n: v for n, v in getattr(attributes, domain).items() if n != "normal"}
-        for domain in ("vertex", "corner", "face")
-    }
-    return Attributes(**kept)

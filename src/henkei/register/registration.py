@@ -112,8 +112,9 @@ class Registration:
 
         Raises
         ------
-        InvalidFile : an array is missing.
+        InvalidFile : an array is missing, or names vertices or faces that do not exist.
         """
+        _refuse_strays(arrays)
         try:
             fields = RegisterQuality.__dataclass_fields__
             return cls(
@@ -130,3 +131,15 @@ class Registration:
             )
         except KeyError as missing:
             raise InvalidFile(f"not a whole registration: {missing} is missing") from None
+
+
+def _refuse_strays(arrays: Mapping[str, NDArray[Any]]) -> None:
+    counts = {
+        "on_a.face": len(arrays.get("faces", ())),
+        "on_b.face": len(arrays.get("target_faces", ())),
+        "landmarks": len(arrays.get("vertices_a", ())),
+        "target_faces": int(arrays.get("target_vertices", 0)),
+    }
+    for name, count in counts.items():
+        if not np.isin(arrays.get(name, ()), np.arange(-1, count)).all():
+            raise InvalidFile(f"{name} names vertices or faces that do not exist")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from henkei.errors import InvalidMesh
+from henkei.errors import InvalidMesh, NotOriented
 from henkei.geometry.membrane import closed_by_membranes
 from henkei.geometry.repair import without_unused_vertices
 from henkei.geometry.requirements import require_sphere_with_holes
@@ -64,3 +64,26 @@ class Closed:
     def unit_mesh(self) -> Mesh:
         """``mesh`` scaled to a total area of 1."""
         return Mesh(self.mesh.vertices / np.sqrt(self.mesh.face_areas.sum()), self.mesh.faces)
+
+    @property
+    def volume(self) -> float:
+        """Of what ``mesh`` encloses; negative where its faces look inward."""
+        p, q, r = (self.mesh.vertices[self.mesh.faces[:, corner]] for corner in range(3))
+        middle = self.mesh.vertices.mean(axis=0)
+        return float(np.einsum("ij,ij->", p - middle, np.cross(q - middle, r - middle)) / 6)
+
+
+def refuse_opposite(a: Closed, b: Closed) -> None:
+    """Closed surfaces must not be one inside out against the other, else one would be mirrored.
+
+    Raises
+    ------
+    NotOriented : the faces of one look outward, those of the other inward.
+    """
+    if a.is_open or b.is_open or a.volume * b.volume >= 0:
+        return
+    inward = a if a.volume < 0 else b
+    raise NotOriented(
+        f"the faces of the {inward.name} look inward, those of the other surface outward; "
+        "mesh.flipped() turns them"
+    )

@@ -173,7 +173,7 @@ _SHEET: _Groups = [[requirements.has_faces, requirements.finite]]
 # What each method asks for, what it asks for with --fill-holes, and whether it is there yet.
 _METHODS: dict[str, tuple[_Groups, _Groups | None, bool]] = {
     "combine": (requirements.DISK, requirements.DISK_WITH_HOLES, True),
-    "register": (requirements.SPHERE_OR_DISK, None, False),
+    "register": (requirements.SPHERE_WITH_HOLES, None, True),
     "quad": ([*_SHEET, *requirements.ORIENTED], None, False),
     "deform": ([*_SHEET, *requirements.MANIFOLD], None, False),
     "design": ([*_SHEET, *requirements.ORIENTED], None, False),

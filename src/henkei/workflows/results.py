@@ -43,15 +43,20 @@ class Result(Protocol):
         ...
 
 
-COMBINED: dict[str, Column] = {
+CORRESPONDENCE: dict[str, Column] = {
     "vertices_a": ("vertices", (3,), "f"),
     "vertices_b": ("vertices", (3,), "f"),
     "on_a.face": ("vertices", (), "i"),
     "on_a.barycentric": ("vertices", (3,), "f"),
     "on_b.face": ("vertices", (), "i"),
     "on_b.barycentric": ("vertices", (3,), "f"),
-    "plane_vertices": ("vertices", (2,), "i"),
     "faces": ("faces", (3,), "i"),
+}
+"""The arrays of a correspondence."""
+
+COMBINED: dict[str, Column] = {
+    **CORRESPONDENCE,
+    "plane_vertices": ("vertices", (2,), "i"),
     "face_on_a": ("faces", (), "i"),
     "face_on_b": ("faces", (), "i"),
     "edges": ("edges", (2,), "i"),
@@ -64,10 +69,22 @@ COMBINED: dict[str, Column] = {
 }
 """The arrays of a combined mesh."""
 
+REGISTRATION: dict[str, Column] = {
+    **CORRESPONDENCE,
+    "target_faces": ("target faces", (3,), "i"),
+    "landmarks": ("landmarks", (), "i"),
+    "similarity.rotation": ("axes", (3,), "f"),
+    "similarity.translation": ("axes", (), "f"),
+}
+"""The arrays of a registration."""
+
+SHAPE_MODEL: dict[str, Column] = {}
+"""The arrays of a model of shapes; it checks them itself."""
+
 KINDS: dict[str, tuple[type[Result], Mapping[str, Column]]] = {
     "combined mesh": (CombinedMesh, COMBINED),
-    "registration": (Registration, {}),
-    "shape model": (ShapeModel, {}),
+    "registration": (Registration, REGISTRATION),
+    "shape model": (ShapeModel, SHAPE_MODEL),
 }
 """Classes of results and their arrays, by the name that stands in the file."""
 
