@@ -14,8 +14,9 @@ from henkei.errors import InvalidInput
 from henkei.geometry.alignment import Similarity
 from henkei.geometry.bridge import bridged
 from henkei.geometry.correspondence import Correspondence, SurfacePoints
-from henkei.geometry.distance import points_on
+from henkei.geometry.distance import points_on, surface_distance
 from henkei.geometry.progressive_sphere import inverted_on_sphere
+from henkei.mesh import Mesh
 from henkei.progress import Progress, part, silent
 from henkei.register import literal, mediators
 from henkei.register.alignment import aligned
@@ -93,10 +94,19 @@ def register(
     model = brought_together(model, onto, known.landmarks, marks)
     model = unfolded(model, onto, known, chosen, seed)
     model = brought_together(model, onto, known.landmarks, marks)
-    progress("refining", 0.6)  # algorithm 1, steps 9 to 11
+    progress(f"refining, {_far(model, onto)} so far", 0.6)  # algorithm 1, steps 9 to 11
     model = refined(model, onto, known, where, chosen, seed)
-    progress("measuring", 0.9)
-    return registration(ours, theirs, model, onto, marks, motion)
+    progress(f"measuring, {_far(model, onto)}", 0.9)
+    result = registration(ours, theirs, model, onto, marks, motion)
+    progress("done", 1.0)
+    return result
+
+
+def _far(model: OnSphere, onto: OnSphere) -> str:
+    """How far the target's vertices are from the model, for a message."""
+    result = Mesh(points_on(onto.mesh, onto.locate(model.directions)), model.mesh.faces)
+    mean = surface_distance(onto.mesh, result).mean / onto.mesh.diagonal
+    return f"mean distance {mean:.2%}"
 
 
 def _on_spheres(
