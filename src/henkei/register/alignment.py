@@ -71,10 +71,13 @@ def _turns(source: Mesh, target: Mesh) -> list[Floats]:
 def _moments(mesh: Mesh) -> tuple[Floats, float, Floats]:
     """Centre of the surface, root mean square distance from it, principal axes as columns."""
     weights = mesh.face_areas / mesh.face_areas.sum()
-    middles = mesh.vertices[mesh.faces].mean(axis=1)
+    corners = mesh.vertices[mesh.faces]
+    middles = corners.mean(axis=1)
     centre = weights @ middles
     away = middles - centre
+    spread = corners - middles[:, None]  # of a triangle around its own middle: a twelfth of these
     covariance = (weights[:, None] * away).T @ away
+    covariance += np.einsum("f,fci,fcj->ij", weights / 12, spread, spread)
     return centre, float(np.sqrt(np.trace(covariance))), np.linalg.eigh(covariance)[1]
 
 

@@ -24,6 +24,7 @@ from henkei.solve import factor_spd
 from henkei.topology import Ints
 
 WARPED_FROM = 4  # landmarks, from which on they say more than where the whole is
+BLUNT = 1e-6  # landmarks nearer than this, in the root of the area, are met in the mean
 STIFFNESS = (30.0, 10.0, 3.0, 1.0, 1.0)  # of the model's edges against its pull to the target
 FACING = 0.6  # cosine of normals, from which on a place on the target attracts
 NEAR = 0.05  # farthest that it attracts from, in the root of the area
@@ -56,7 +57,8 @@ def expectation(
     held = np.searchsorted(source.used, marks.vertices).astype(np.int32)
     if len(marks) >= WARPED_FROM:
         away = marks.points - points[held]
-        points = points + RBFInterpolator(points[held], away, kernel="linear")(points)
+        warp = RBFInterpolator(points[held], away, kernel="linear", smoothing=BLUNT * np.sqrt(area))
+        points = points + warp(points)
     points = points / np.sqrt(area)
     bent, trust = _drawn_near(
         Mesh(points, source.mesh.faces), target.unit_mesh, held, marks.points / np.sqrt(area)

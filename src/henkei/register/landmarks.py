@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
+from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 from henkei.errors import InvalidInput, some
 from henkei.geometry.correspondence import SurfacePoints
@@ -53,16 +55,23 @@ def resolved(source: Closed, target: Closed, pairs: Any) -> Landmarks:
     InvalidInput : not pairs, a vertex that does not exist or that no face uses, points too far from
         their surface, or landmarks that coincide.
     """
-    given = np.asarray(pairs)
+    try:
+        given = np.asarray(pairs)
+    except ValueError:
+        raise InvalidInput(f"{SHAPE}; given: rows of different lengths") from None
     if given.size == 0:
         given = np.zeros((0, 2), dtype=np.int64)
     if given.ndim == 2 and given.shape[1] == 2 and np.issubdtype(given.dtype, np.integer):
         vertices = _existing(source, given[:, 0])
         places = at_vertices(target.given).taken(_existing(target, given[:, 1]))
-    elif given.shape[1:] == (2, 3) and np.issubdtype(given.dtype, np.number):
+    elif given.shape[1:] == (2, 3) and given.dtype.kind in "iuf":
         points = given.astype(np.float64)
-        if not np.isfinite(points).all():
-            raise InvalidInput("landmarks hold NaN or infinite coordinates")
+        bad = np.flatnonzero(~np.isfinite(points).all(axis=(1, 2)))
+        if len(bad):
+            raise InvalidInput(
+                f"landmarks {some(bad)} (counted from 0) have NaN or infinite coordinates"
+            )
+        _refuse_coincident(source.name, np.unique(points[:, 0], axis=0, return_inverse=True)[1])
         vertices = _nearest_vertices(source, points[:, 0])
         places = _nearest_places(target, points[:, 1])
     else:
@@ -97,12 +106,19 @@ def at_vertices(mesh: Mesh) -> SurfacePoints:
 
 def _nearest_vertices(side: Closed, points: Floats) -> Ints:
     """A vertex for each point, each its own, by least sum of squared distances."""
-    squared = ((points[:, None] - side.given.vertices[None, side.used]) ** 2).sum(axis=2)
-    if len(points) > len(side.used):
+    count = len(points)
+    if count > len(side.used):
         raise InvalidInput(f"more landmarks than {side.name} has vertices")
-    rows, columns = linear_sum_assignment(squared)
-    _refuse_far(side, np.sqrt(squared[rows, columns]))
-    return side.used[columns]
+    vertices = side.given.vertices[side.used]
+    distances, nearest = cKDTree(vertices).query(points)
+    if len(np.unique(nearest)) < count:  # then those of the best choice are among the nearest
+        _, near = cKDTree(vertices).query(points, k=np.arange(1, count + 1))
+        wanted = np.unique(near)
+        squared = cdist(points, vertices[wanted], "sqeuclidean")
+        rows, columns = linear_sum_assignment(squared)
+        distances, nearest = np.sqrt(squared[rows, columns]), wanted[columns]
+    _refuse_far(side, np.asarray(distances))
+    return side.used[nearest]
 
 
 def _nearest_places(side: Closed, points: Floats) -> SurfacePoints:

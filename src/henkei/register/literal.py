@@ -307,7 +307,7 @@ def _registration(
             vertices,
             at_vertices(ours.given),
             on_target,
-            ours.given.attributes,
+            ours.given.attributes.without("normal"),
             ours.given.attributes.without("normal"),
         ),
         theirs.given.faces,

@@ -75,7 +75,13 @@ def register(
     InvalidInput : landmarks, regions or the mediator cannot be used.
     Infeasible : the landmarks cannot be brought together without folds.
     """
-    chosen = settings or Settings()
+    chosen = Settings() if settings is None else settings
+    if not isinstance(chosen, Settings):
+        raise InvalidInput(
+            f"settings must be henkei.register.Settings, not {type(chosen).__name__}"
+        )
+    if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**63:
+        raise InvalidInput(f"seed must be an integer from 0 to 2^63 - 1, not {seed!r}")
     progress("checking the surfaces", 0.0)
     ours, theirs = Closed.of("source", source), Closed.of("target", target)
     refuse_opposite(ours, theirs)
@@ -168,7 +174,7 @@ def registration(
             vertices,
             at_vertices(ours.given),
             on_target,
-            ours.given.attributes,
+            ours.given.attributes.without("normal"),
             ours.given.attributes.without("normal"),
         ),
         theirs.given.faces,

@@ -76,8 +76,13 @@ def labelled(source: Closed, target: Closed, labels: Any) -> Regions:
 
 def _checked(side: Closed, labels: Any) -> NDArray[np.int64]:
     """The labels of the vertices that faces use."""
-    given = np.asarray(labels)
     count = len(side.given.vertices)
+    try:
+        given = np.asarray(labels)
+    except ValueError:
+        raise InvalidInput(
+            f"regions of the {side.name} must be {count} integers, one per vertex"
+        ) from None
     if given.shape != (count,) or not np.issubdtype(given.dtype, np.integer):
         raise InvalidInput(
             f"regions of the {side.name} must be {count} integers, one per vertex; given: shape "

@@ -114,8 +114,8 @@ class Registration:
         ------
         InvalidFile : an array is missing, or names vertices or faces that do not exist.
         """
-        _refuse_strays(arrays)
         try:
+            _refuse_strays(arrays)
             fields = RegisterQuality.__dataclass_fields__
             return cls(
                 Correspondence.from_arrays(arrays),
@@ -134,12 +134,16 @@ class Registration:
 
 
 def _refuse_strays(arrays: Mapping[str, NDArray[Any]]) -> None:
+    figures = [f"quality.{name}" for name in RegisterQuality.__dataclass_fields__]
+    for name in ("target_vertices", "similarity.scale", *figures):
+        if arrays[name].ndim or arrays[name].dtype.kind not in "iuf" or arrays[name] < 0:
+            raise InvalidFile(f"{name} is not one number")
     counts = {
-        "on_a.face": len(arrays.get("faces", ())),
-        "on_b.face": len(arrays.get("target_faces", ())),
-        "landmarks": len(arrays.get("vertices_a", ())),
-        "target_faces": int(arrays.get("target_vertices", 0)),
+        "on_a.face": len(arrays["faces"]),
+        "on_b.face": len(arrays["target_faces"]),
+        "landmarks": len(arrays["vertices_a"]),
+        "target_faces": int(arrays["target_vertices"]),
     }
     for name, count in counts.items():
-        if not np.isin(arrays.get(name, ()), np.arange(-1, count)).all():
+        if not np.isin(arrays[name], np.arange(-1, count)).all():
             raise InvalidFile(f"{name} names vertices or faces that do not exist")

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
+
+from henkei.errors import InvalidInput
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,10 @@ class Settings:
     hold : weight, in all versions, of being where shapes that are alike let a vertex be
         expected; 0 switches it off.
     regions : weight of being in the region of the same label.
+
+    Raises
+    ------
+    InvalidInput : a value out of range.
     """
 
     rule: Literal["nearest", "literal"] = "nearest"
@@ -43,3 +50,25 @@ class Settings:
     guide: float = 0.1
     hold: float = 0.005
     regions: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.rule not in ("nearest", "literal"):
+            raise InvalidInput(f"rule must be 'nearest' or 'literal', not {self.rule!r}")
+        for name, low, high in (
+            ("draws", 0, 1e6),
+            ("rate_start", 1e-9, 1),
+            ("rate_end", 1e-9, 1),
+            ("radius_start", 1e-3, 1e3),
+            ("radius_end", 1e-3, 1e3),
+            ("coarsest", 4, math.inf),
+            ("sweeps", 0, 1e6),
+            ("distortion", 0, 1e6),
+            ("guide", 0, 1e6),
+            ("hold", 0, 1e6),
+            ("regions", 0, 1e6),
+        ):
+            value = getattr(self, name)
+            if not isinstance(value, (int, float)) or not low <= value <= high:
+                raise InvalidInput(
+                    f"{name} must be a number from {low:g} to {high:g}, not {value!r}"
+                )

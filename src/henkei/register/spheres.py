@@ -87,15 +87,23 @@ def brought_together(
     Infeasible : they do not come together.
     """
     goals = target.directions_of(marks.places)
-    for reach in REACHES:
-        moved = flowed(model.directions, vertices, goals, reach)
-        moved[vertices] = goals
-        if not len(inverted_on_sphere(moved, model.mesh.faces)):
-            return model.moved(moved)
-        model = model.unfolded(moved)
+    for start in (model, _turned_to(model, vertices, goals)):
+        model = start
+        for reach in REACHES:
+            moved = flowed(model.directions, vertices, goals, reach)
+            moved[vertices] = goals
+            if not len(inverted_on_sphere(moved, model.mesh.faces)):
+                return model.moved(moved)
+            model = model.unfolded(moved)
     away = np.linalg.norm(model.directions[vertices] - goals, axis=1) > ROUNDING
     raise Infeasible(
         f"landmarks {some(np.flatnonzero(away))} (counted from 0) cannot reach their places "
         "without folds: their order around the others differs between source and target, or they "
         "are very near to others; check that each pair corresponds, or leave some out"
     )
+
+
+def _turned_to(model: OnSphere, vertices: Ints, goals: Floats) -> OnSphere:
+    """The model turned as a whole so that some vertices come near to their goals (k, 3)."""
+    covariance = goals.T @ model.directions[vertices]
+    return model.moved(model.directions @ best_rotations(covariance[None])[0].T)

@@ -17,6 +17,8 @@ from henkei.interchange import surface_from
 from henkei.mesh import Mesh, PolygonMesh
 from henkei.topology import Ints
 
+FLAT = 1e-12  # area or volume, by the square or cube of the diagonal, that is only rounding
+
 
 @dataclass(frozen=True, eq=False)
 class Closed:
@@ -41,8 +43,13 @@ class Closed:
         except InvalidMesh as error:
             raise type(error)(f"{name}: {error}") from None
         given = surface.triangulated() if isinstance(surface, PolygonMesh) else surface
+        if not given.face_areas.sum() > FLAT * given.diagonal**2:
+            raise InvalidMesh(f"{name}: the surface has no area; all its faces are lines or points")
         used = without_unused_vertices(given)
-        return cls(name, given, closed_by_membranes(used).mesh)
+        closed = closed_by_membranes(used).mesh
+        if len(closed.vertices) < 4:
+            raise InvalidMesh(f"{name}: {len(closed.vertices)} vertices are too few for a surface")
+        return cls(name, given, closed)
 
     @cached_property
     def used(self) -> Ints:
@@ -81,6 +88,8 @@ def refuse_opposite(a: Closed, b: Closed) -> None:
     NotOriented : the faces of one look outward, those of the other inward.
     """
     if a.is_open or b.is_open or a.volume * b.volume >= 0:
+        return
+    if min(abs(side.volume) / side.mesh.diagonal**3 for side in (a, b)) < FLAT:
         return
     inward = a if a.volume < 0 else b
     raise NotOriented(
