@@ -16,8 +16,8 @@ from bench.peers import machine
 from bench.report import lines, put_in_document, seconds, table
 from henkei.combine.embedding import Polygon, Side
 from henkei.combine.overlay import overlay
-from henkei.combine.pipeline import positions
 from henkei.geometry.disk import Flattening, flattenings, polygon_points
+from henkei.geometry.distance import points_on
 from henkei.mesh import Mesh
 from henkei.topology import Ints
 
@@ -43,8 +43,8 @@ def _row(pair: Pair) -> dict[str, Any]:
 
     def place() -> None:
         common = overlay(*sides, plane)
-        positions(pair.a, common.on_a)
-        positions(pair.b, common.on_b)
+        points_on(pair.a, common.on_a)
+        points_on(pair.b, common.on_b)
 
     return {
         "name": pair.name,

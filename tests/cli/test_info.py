@@ -47,7 +47,7 @@ def test_a_good_mesh(disk, capsys, monkeypatch):
     assert "pieces 1, genus 0" in told
     assert "boundary loops 1, of length 4 (4 vertices)" in told
     assert "combine takes this mesh" in told
-    assert "register (not in this version) takes this mesh" in told
+    assert "register takes this mesh" in told
 
 
 def test_a_mesh_with_a_fault_says_it_once_and_what_to_do(flipped, capsys, monkeypatch):

@@ -22,8 +22,8 @@ BODIES = {
 TURNS = [(0, 0, 0), (np.pi, 0, 0), (0, np.pi / 2, 0), (1, 2, 0.5), (-0.3, 0.1, 2.5)]
 
 
-@pytest.mark.parametrize("name", BODIES)
 @pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("name", ["potato", "limbs"])
 def test_a_turned_body_is_turned_back(name, turn):
     """All signs of the principal axes are tried, so upside down is no harder than upright."""
     body = BODIES[name]

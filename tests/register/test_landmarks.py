@@ -20,6 +20,8 @@ from triangulated_spheres import stacked
 
 SOURCE, TARGET = bumpy(2, 0), bumpy(3, 1)
 TETRAHEDRON = stacked(4, lambda faces: 0)
+MANY = np.stack([TARGET.vertices[:200] * 0, TARGET.vertices[:200]], axis=1)
+MANY[:, 0] = SOURCE.vertices[0] + np.linspace(0, 1e-3, 200)[:, None]
 WEIGHTS = np.array([[0.8, 0.1, 0.1], [0.1, 0.8, 0.1], [0.1, 0.1, 0.8]])
 
 
@@ -159,7 +161,7 @@ def test_any_integers(kind):
             [[SOURCE.vertices[0], TARGET.vertices[5]], [SOURCE.vertices[1], TARGET.vertices[5]]],
             "landmarks 0, 1 .* at one place of target",
         ),
-        (np.zeros((163, 2, 3)), "more landmarks than source has vertices"),
+        (MANY, "more landmarks than source has vertices"),
     ],
 )  # fmt: skip
 def test_unusable_landmarks(pairs, message):

@@ -25,7 +25,7 @@ from triangulated_spheres import double_pyramid, random_hull, stacked, tube
 
 SMALL, LARGE = bumpy(2, 0), bumpy(3, 1)
 TETRAHEDRON = stacked(4, lambda faces: 0)
-NEAR_ITSELF = 0.09  # mean distance of a body's vertices from where they were, by its diagonal
+NEAR_ITSELF = 0.02  # mean distance of a body's vertices from where they were, by its diagonal
 ALIKE = 1.5  # factor between figures that mean the same
 IN_A_NEW_PROCESS = """
 import sys
@@ -295,11 +295,13 @@ def test_progress_goes_from_0_upward_and_can_stop():
     done = [fraction for _, fraction in told]
     assert done == sorted(done)
     assert done[0] == 0
-    assert done[-1] <= 1
-    assert {"checking the surfaces", "aligning", "refining", "measuring"} <= {n for n, _ in told}
+    assert 0.8 < done[-1] <= 1
+    assert len({name for name, _ in told}) > 4
+    last = len(told) - 1
 
     def stop(name: str, done: float) -> None:
-        if name == "refining":
+        told.append((name, done))
+        if len(told) == 2 * last:
             raise Cancelled("enough")
 
     with pytest.raises(Cancelled, match="enough"):

@@ -157,7 +157,7 @@ def test_arrays_and_back(result):
 
 @pytest.mark.parametrize(
     "name",
-    ["faces", "on_b.face", "target_faces", "landmarks", "similarity.scale", "quality.flipped"],
+    ["vertices_b", "on_b.face", "landmarks", "similarity.scale", "quality.flipped"],
 )
 def test_a_missing_array_is_named(result, name):
     arrays = result.to_arrays()

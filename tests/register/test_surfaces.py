@@ -21,6 +21,7 @@ from henkei.errors import (
 from henkei.mesh import Mesh, PolygonMesh
 from henkei.register.surfaces import Closed
 from henkei.shapes import hemisphere, icosphere
+from invariants import assert_registered
 from triangulated_spheres import torus
 
 BODY, BALL = bumpy(2, 0), icosphere(2)
@@ -159,3 +160,20 @@ def test_polygons_are_split():
     side = Closed.of("source", PolygonMesh.from_faces(corners, quads))
     assert side.given.faces.shape == (12, 3)
     assert side.mesh.topology.euler_characteristic == 2
+
+
+def test_one_inside_out_is_refused():
+    """It would be mirrored; which of the two is wrong is said, and how to turn it."""
+    inward = Mesh(BODY.vertices, BODY.faces[:, ::-1])
+    with pytest.raises(NotOriented, match=r"the source look inward.*flipped\(\) turns them"):
+        hk.register(inward, BALL)
+    with pytest.raises(NotOriented, match=r"the target look inward.*flipped\(\) turns them"):
+        hk.register(BALL, inward)
+    assert_registered(hk.register(inward.flipped(), BALL), BODY, BALL)
+
+
+def test_both_inside_out_is_alright():
+    inward = [Mesh(mesh.vertices, mesh.faces[:, ::-1]) for mesh in (BODY, BALL)]
+    result = hk.register(*inward)
+    assert_registered(result, *inward)
+    assert result.quality.to_source_mean < 0.01

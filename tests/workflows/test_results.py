@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as hnp
 
 import henkei as hk
 from henkei.errors import InvalidFile, InvalidInput
-from henkei.shapes import random_disk
+from henkei.shapes import hemisphere, icosphere, random_disk
 
 NUMBERS = hnp.integer_dtypes(endianness="=") | hnp.floating_dtypes(endianness="=", sizes=(32, 64))
 NAMES = st.text(st.characters(codec="utf-8", exclude_characters="\0"), min_size=1, max_size=12)
@@ -31,7 +31,7 @@ def saved(combined, tmp_path_factory) -> bytes:
     return path.read_bytes()
 
 
-def assert_equal(one: hk.CombinedMesh, other: hk.CombinedMesh) -> None:
+def assert_equal(one, other) -> None:
     arrays, others = one.to_arrays(), other.to_arrays()
     assert arrays.keys() == others.keys()
     for name, values in arrays.items():
@@ -170,3 +170,67 @@ def test_what_is_no_result_is_not_saved(tmp_path, combined):
     with pytest.raises(InvalidInput, match=r"attributes_a\.vertex\.tag"):
         hk.save(tmp_path / "c.npz", replace(combined, correspondence=correspondence))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture(scope="module")
+def registered() -> hk.Registration:
+    ball = icosphere(1)
+    colors = hk.Attributes(vertex={"color": ball.vertices, "normal": ball.vertices})
+    return hk.register(
+        hk.Mesh(ball.vertices * [1, 2, 3], ball.faces, attributes=colors),
+        icosphere(2),
+        landmarks=[[0, 0], [1, 1]],
+    )
+
+
+def test_registrations_go_round(registered, tmp_path):
+    hk.save(tmp_path / "r.npz", registered)
+    again = hk.load(tmp_path / "r.npz")
+    assert isinstance(again, hk.Registration)
+    assert_equal(again, registered)
+    np.testing.assert_array_equal(again.mesh.attributes.vertex["color"], icosphere(1).vertices)
+    assert set(again.mesh.attributes.vertex) == {"color"}
+    np.testing.assert_array_equal(again.at(0.5).vertices, registered.at(0.5).vertices)
+    assert repr(again) == repr(registered)
+    hk.save(tmp_path / "again.npz", again)
+    assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "r.npz").read_bytes()
+
+
+def test_bridged_registrations_go_round(tmp_path):
+    """Face -1 where a vertex has no place."""
+    result = hk.register(icosphere(2), hemisphere(2))
+    assert result.quality.bridged > 0
+    hk.save(tmp_path / "r.npz", result)
+    assert_equal(hk.load(tmp_path / "r.npz"), result)
+
+
+@settings(max_examples=40, deadline=None)
+@given(data=st.data())
+def test_damaged_registrations_are_refused_or_harmless(registered, tmp_path_factory, data):
+    path = tmp_path_factory.mktemp("damaged") / "r.npz"
+    hk.save(path, registered)
+    content = bytearray(path.read_bytes())
+    if data.draw(st.booleans()):
+        content = content[: data.draw(st.integers(0, len(content) - 1))]
+    else:
+        content[data.draw(st.integers(0, len(content) - 1))] ^= data.draw(st.integers(1, 255))
+    path.write_bytes(content)
+    try:
+        read = hk.load(path)
+    except InvalidFile as error:
+        assert str(path) in str(error)  # noqa: PT017
+    else:
+        assert_equal(read, registered)
+
+
+@pytest.mark.parametrize(
+    "missing", ["faces", "on_b.face", "target_faces", "similarity.scale", "quality.flipped"]
+)
+def test_registrations_that_are_not_whole_are_refused(registered, tmp_path, missing):
+    path = tmp_path / "r.npz"
+    hk.save(path, registered)
+    with np.load(path) as archive:
+        arrays = {name: values for name, values in archive.items() if name != missing}
+    np.savez(path, **arrays)
+    with pytest.raises(InvalidFile, match=f"r.npz: damaged: .*{missing}.* missing"):
+        hk.load(path)

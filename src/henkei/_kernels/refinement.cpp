@@ -112,13 +112,13 @@ class Refinement {
             place_[v].face = in.on_face[v];
             set(place_[v], in.sphere[v]);
         }
-        const Sphere model{in.sphere, in.faces, in.twins, in.faces_count};
-        int64_t near = 0;
-        for (int64_t c = 0; c < in.controls; ++c) {
-            Vec weights_in;
-            near = locate(model, in.control_sphere[c], near, weights_in);
-            put(int32_t(c), int32_t(near));
-        }
+        // The control points come in no order: each is looked for from its own part of the sphere.
+        std::vector<int32_t> within(in.controls);
+        std::vector<double> weights_in(3 * in.controls);
+        locate_on_sphere(in.sphere[0].data(), in.faces, in.twins, in.faces_count,
+                         in.control_sphere[0].data(), in.controls, within.data(),
+                         weights_in.data());
+        for (int64_t c = 0; c < in.controls; ++c) put(int32_t(c), within[c]);
         for (int64_t c = 0; c < in.controls; ++c) {
             const int32_t* f = in.faces + 3 * int64_t(control_face_[c]);
             control_distance_[c] =

@@ -15,6 +15,7 @@ from henkei.topology import Ints
 
 FARTHEST = 0.05  # that a landmark moves in one step, in radii
 STEPS = 400
+NEARER, PATIENCE = 0.99, 20  # part of the way that must be gained in so many steps, else it stops
 NOISE = 1e-9  # added to the kernel's diagonal, so that landmarks may be near one another
 CHUNK = 1 << 15
 
@@ -26,12 +27,15 @@ def flowed(directions: Floats, landmarks: Ints, goals: Floats, reach: float) -> 
     reach : how far around a landmark others follow, in radii of the sphere.
     """
     placed = directions.copy()
+    least, since = np.inf, 0
     for _ in range(STEPS):
         way = _tangent(placed[landmarks], goals)
-        left = float(np.linalg.norm(way, axis=1).max(initial=0.0))
-        if left < NOISE:
+        left = float(np.linalg.norm(way, axis=1).sum())
+        since = 0 if left < NEARER * least else since + 1
+        least = min(least, left)
+        if left < NOISE or since > PATIENCE:
             break
-        way *= min(1.0, FARTHEST / left)
+        way *= min(1.0, FARTHEST / np.linalg.norm(way, axis=1).max())
         placed = unit(placed + _field(placed, placed[landmarks], way, reach))
     return placed
 

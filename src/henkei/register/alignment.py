@@ -12,6 +12,8 @@ from henkei.geometry.distance import ClosestPoints, points_on
 from henkei.mesh import Floats, Mesh
 from henkei.register.landmarks import Landmarks
 
+Moments = tuple[Floats, float, Floats]  # centre, size and axes of a surface
+
 SAMPLES = 300  # points of each surface that are compared
 KEPT = 4  # candidates that are followed to the end
 PASSES = 20
@@ -38,27 +40,27 @@ def aligned(source: Mesh, target: Mesh, landmarks: Landmarks) -> Similarity:
 
 def _by_shape(source: Mesh, target: Mesh) -> Similarity:
     ours, theirs = _samples(source), _samples(target)
-    on_target = ClosestPoints(target)
-    starts = [_start(source, target, np.eye(3))]
-    starts += [_start(source, target, turn) for turn in _turns(source, target)]
-    costs = np.array([_cost(start, ours, theirs, on_target, source) for start in starts])
+    on_source, on_target = ClosestPoints(source), ClosestPoints(target)
+    frames = _moments(source), _moments(target)
+    starts = [_start(*frames, turn) for turn in (np.eye(3), *_turns(*frames))]
+    costs = np.array([_cost(start, ours, theirs, on_target, on_source) for start in starts])
     best = [0, *(i for i in np.argsort(costs, kind="stable") if i != 0)][:KEPT]
     ends = [_closer(starts[i], ours, target, on_target) for i in best]
-    final = np.array([_cost(end, ours, theirs, on_target, source) for end in ends])
+    final = np.array([_cost(end, ours, theirs, on_target, on_source) for end in ends])
     if costs[0] <= PLAUSIBLE * costs.min():
         final[0] *= AS_GIVEN
     return ends[int(final.argmin())]
 
 
-def _start(source: Mesh, target: Mesh, turn: Floats) -> Similarity:
-    (centre_a, size_a, _), (centre_b, size_b, _) = _moments(source), _moments(target)
+def _start(source: Moments, target: Moments, turn: Floats) -> Similarity:
+    (centre_a, size_a, _), (centre_b, size_b, _) = source, target
     scale = size_b / size_a
     return Similarity(turn, scale, centre_b - scale * turn @ centre_a)
 
 
-def _turns(source: Mesh, target: Mesh) -> list[Floats]:
+def _turns(source: Moments, target: Moments) -> list[Floats]:
     """All proper rotations that take the source's principal axes to the target's."""
-    axes_a, axes_b = _moments(source)[2], _moments(target)[2]
+    axes_a, axes_b = source[2], target[2]
     turns = []
     for order in permutations(range(3)):
         for signs in product((1, -1), repeat=3):
@@ -68,7 +70,7 @@ def _turns(source: Mesh, target: Mesh) -> list[Floats]:
     return turns
 
 
-def _moments(mesh: Mesh) -> tuple[Floats, float, Floats]:
+def _moments(mesh: Mesh) -> Moments:
     """Centre of the surface, root mean square distance from it, principal axes as columns."""
     weights = mesh.face_areas / mesh.face_areas.sum()
     corners = mesh.vertices[mesh.faces]
@@ -89,12 +91,16 @@ def _samples(mesh: Mesh) -> Floats:
 
 
 def _cost(
-    motion: Similarity, ours: Floats, theirs: Floats, on_target: ClosestPoints, source: Mesh
+    motion: Similarity,
+    ours: Floats,
+    theirs: Floats,
+    on_target: ClosestPoints,
+    on_source: ClosestPoints,
 ) -> float:
     """Mean distance both ways, in the target's unit."""
     there = on_target.query(motion.apply(ours))[1].mean()
     back = (theirs - motion.translation) @ motion.rotation / motion.scale
-    return float(there + motion.scale * ClosestPoints(source).query(back)[1].mean())
+    return float(there + motion.scale * on_source.query(back)[1].mean())
 
 
 def _closer(motion: Similarity, ours: Floats, target: Mesh, on_target: ClosestPoints) -> Similarity:

@@ -28,7 +28,7 @@ from henkei.register.landmarks import (
     resolved,
 )
 from henkei.register.quality import measured
-from henkei.register.refinement import refined, unfolded
+from henkei.register.refinement import Refinement, unfolded
 from henkei.register.regions import anywhere, labelled
 from henkei.register.registration import Registration
 from henkei.register.settings import Settings
@@ -101,7 +101,8 @@ def register(
     model = unfolded(model, onto, known, chosen, seed)
     model = brought_together(model, onto, known.landmarks, marks)
     progress(f"refining, {_far(model, onto)} so far", 0.6)  # algorithm 1, steps 9 to 11
-    model = refined(model, onto, known, where, chosen, seed)
+    refinement = Refinement(onto, known, where, chosen, seed)
+    model = refinement.refined(model, part(progress, 0.6, 0.9))
     progress(f"measuring, {_far(model, onto)}", 0.9)
     result = registration(ours, theirs, model, onto, marks, motion)
     progress("done", 1.0)
@@ -139,7 +140,8 @@ def _on_spheres(
     for side, surface, move in zip((ours, theirs), (model, onto), to_shape, strict=True):
         places = expectation(side, shape, move, nobody)
         start = unfolded(turned(surface, between, places), between, places, settings, seed)
-        drawn.append(refined(start, between, places, anywhere(side), settings, seed))
+        refinement = Refinement(between, places, anywhere(side), settings, seed)
+        drawn.append(refinement.refined(start, silent))
     return drawn[0], drawn[1]
 
 

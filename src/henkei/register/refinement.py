@@ -3,6 +3,8 @@ to 11), on the sphere, where no face may turn over."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from henkei._kernels import refine
@@ -11,6 +13,7 @@ from henkei.geometry.morph_quality import intersecting_faces
 from henkei.geometry.progressive_sphere import inverted_on_sphere
 from henkei.geometry.sphere import one_rings, unit
 from henkei.mesh import Floats, Mesh
+from henkei.progress import Progress
 from henkei.register.adaptation import NO_LANDMARK, ControlPoints, adapted
 from henkei.register.expectation import Expectation
 from henkei.register.quality import Flags, flipped_faces
@@ -22,10 +25,10 @@ from henkei.topology import Ints
 LEAST_CURVATURE = 1.0  # of a part that still gets vertices, by the root of the surface's area
 DRAWN = 8  # control points per vertex of the model, for the adaptation
 LANDMARK_DRAWN = 100  # as often as so many others
-CLEARING = ((10, 3), (100, 30), (10, 8))
+CLEARING = ((10, 3), (10, 8), (30, 5), (10, 3), (100, 30))
 """How faces that fold in space are cleared: weight of the form of faces, and how many rings around
 them move with them."""
-LARGEST_PART = 0.4  # of the model that is moved again for them
+LARGEST_PART = 0.6  # of the model that is moved again for them
 COVERAGE, WORST, LEAN = 1.0, 10.0, 5.0
 
 
@@ -49,62 +52,70 @@ def unfolded(
     return model.unfolded(unit(moved))
 
 
-def refined(
-    model: OnSphere,
-    target: OnSphere,
-    expected: Expectation,
-    regions: Regions,
-    settings: Settings,
-    seed: int,
-) -> OnSphere:
-    """The model with its vertices where they cover the target best, faces as little distorted and
-    as upright on it as can be."""
-    order = np.random.default_rng(seed).permutation(len(target.directions))
-    free = np.ones(len(model.directions), dtype=bool)
-    free[expected.landmarks] = False
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """What the sweeps over a model go by: the target, what is known of the places, the settings."""
 
-    def swept(start: OnSphere, moving: Flags, coarsest: int, stiffer: float) -> OnSphere:
+    target: OnSphere
+    expected: Expectation
+    regions: Regions
+    settings: Settings
+    seed: int
+
+    def refined(self, model: OnSphere, progress: Progress) -> OnSphere:
+        """The model with its vertices where they cover the target best, faces as little distorted
+        and as upright on it as can be; faces that fold in space all the same are cleared."""
+        free = np.ones(len(model.directions), dtype=bool)
+        free[self.expected.landmarks] = False
+        model = self._swept(model, free, 1)
+        folded = _folded(model, self.target)
+        for i, (stiffer, rings) in enumerate(CLEARING):
+            progress(f"clearing {len(folded)} faces that fold in space", 0.7 + 0.06 * i)
+            part = free & _around(model.mesh, folded, rings)
+            if not 0 < np.count_nonzero(part) < LARGEST_PART * len(part):
+                continue
+            clearer = self._swept(model, part, stiffer)
+            left = _folded(clearer, self.target)
+            if len(left) < len(folded):
+                model, folded = clearer, left
+        return model
+
+    def _swept(self, model: OnSphere, moving: Flags, stiffer: float) -> OnSphere:
+        """The model after sweeps over some of its vertices, the form of faces weighing more."""
+        target, settings = self.target, self.settings
+        order = np.random.default_rng(self.seed).permutation(len(target.directions))
         directions = refine(
-            np.ascontiguousarray(start.directions),
-            start.mesh.vertices,
-            np.ascontiguousarray(expected.points),
-            expected.trust,
-            start.mesh.faces,
-            (~moving).astype(np.uint8),
-            regions.region,
-            regions.outside,
-            np.ascontiguousarray(target.directions),
-            target.mesh.vertices,
-            target.mesh.vertex_normals,
-            target.mesh.faces,
-            target.mesh.topology.twin,
-            np.ascontiguousarray(target.directions[order]),
-            np.ascontiguousarray(target.mesh.vertices[order]),
-            _weights(settings, stiffer),
-            coarsest,
-            settings.sweeps,
+            sphere=np.ascontiguousarray(model.directions),
+            rest=model.mesh.vertices,
+            guide=np.ascontiguousarray(self.expected.points),
+            trust=self.expected.trust,
+            faces=model.mesh.faces,
+            frozen=(~moving).astype(np.uint8),
+            region=self.regions.region,
+            outside=self.regions.outside,
+            target_sphere=np.ascontiguousarray(target.directions),
+            target=target.mesh.vertices,
+            target_normals=target.mesh.vertex_normals,
+            target_faces=target.mesh.faces,
+            target_twins=target.mesh.topology.twin,
+            control_sphere=np.ascontiguousarray(target.directions[order]),
+            controls=np.ascontiguousarray(target.mesh.vertices[order]),
+            weights=_weights(settings, stiffer),
+            coarsest=settings.coarsest,
+            sweeps=settings.sweeps,
         )
-        if len(inverted_on_sphere(directions, start.mesh.faces)):
-            return start.unfolded(directions)
-        return start.moved(directions)
+        if len(inverted_on_sphere(directions, model.mesh.faces)):
+            return model
+        return model.moved(directions)
 
-    model = swept(model, free, settings.coarsest, 1)
-    bad = _folded(model, target)
-    graph = one_rings(model.mesh)
-    for stiffer, rings in CLEARING:
-        if not len(bad):
-            break
-        around = np.zeros(len(free))
-        around[model.mesh.faces[bad]] = 1
-        for _ in range(rings):
-            around = around + graph @ around
-        if np.count_nonzero(around) > LARGEST_PART * len(around):
-            continue
-        clearer = swept(model, free & (around > 0), settings.coarsest, stiffer)
-        left = _folded(clearer, target)
-        if len(left) < len(bad):
-            model, bad = clearer, left
-    return model
+
+def _around(mesh: Mesh, faces: Ints, rings: int) -> Flags:
+    """The vertices of some faces and of so many rings around them."""
+    graph, near = one_rings(mesh), np.zeros(len(mesh.vertices))
+    near[mesh.faces[faces]] = 1
+    for _ in range(rings):
+        near = np.minimum(near + graph @ near, 1)
+    return np.asarray(near > 0)
 
 
 def _weights(settings: Settings, stiffer: float) -> Floats:

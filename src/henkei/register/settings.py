@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -56,11 +55,11 @@ class Settings:
             raise InvalidInput(f"rule must be 'nearest' or 'literal', not {self.rule!r}")
         for name, low, high in (
             ("draws", 0, 1e6),
-            ("rate_start", 1e-9, 1),
-            ("rate_end", 1e-9, 1),
+            ("rate_start", 1e-300, 1),
+            ("rate_end", 1e-300, 1),
             ("radius_start", 1e-3, 1e3),
             ("radius_end", 1e-3, 1e3),
-            ("coarsest", 4, math.inf),
+            ("coarsest", 4, 1e9),
             ("sweeps", 0, 1e6),
             ("distortion", 0, 1e6),
             ("guide", 0, 1e6),
@@ -68,7 +67,8 @@ class Settings:
             ("regions", 0, 1e6),
         ):
             value = getattr(self, name)
-            if not isinstance(value, (int, float)) or not low <= value <= high:
+            kind = int if name in ("coarsest", "sweeps") else (int, float)
+            if not isinstance(value, kind) or not low <= value <= high:
                 raise InvalidInput(
                     f"{name} must be a number from {low:g} to {high:g}, not {value!r}"
                 )

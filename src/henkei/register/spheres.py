@@ -20,6 +20,7 @@ from henkei.topology import Ints
 
 REACHES = (0.6, 0.3, 0.6, 0.15, 0.6, 0.3, 0.15, 0.1) * 2  # of the flows, in radii of the sphere
 ROUNDING = 1e-12
+PATIENCE = 3  # flows that bring no more landmarks home, until they are given up
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,13 +89,18 @@ def brought_together(
     """
     goals = target.directions_of(marks.places)
     for start in (model, _turned_to(model, vertices, goals)):
-        model = start
+        model, fewest, stuck = start, len(vertices) + 1, 0
         for reach in REACHES:
             moved = flowed(model.directions, vertices, goals, reach)
             moved[vertices] = goals
             if not len(inverted_on_sphere(moved, model.mesh.faces)):
                 return model.moved(moved)
             model = model.unfolded(moved)
+            away = np.linalg.norm(model.directions[vertices] - goals, axis=1) > ROUNDING
+            stuck = stuck + 1 if away.sum() >= fewest else 0
+            fewest = min(fewest, int(away.sum()))
+            if stuck > PATIENCE:
+                break
     away = np.linalg.norm(model.directions[vertices] - goals, axis=1) > ROUNDING
     raise Infeasible(
         f"landmarks {some(np.flatnonzero(away))} (counted from 0) cannot reach their places "
