@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from henkei.errors import InvalidInput
+from henkei.errors import Infeasible, InvalidInput
 from henkei.geometry.alignment import Similarity
 from henkei.geometry.bridge import bridged
 from henkei.geometry.correspondence import Correspondence, SurfacePoints
@@ -156,6 +156,8 @@ def registration(
     """The result: every vertex of the source where the target is in its direction."""
     count = len(ours.used)
     places = onto.locate(model.directions[:count])
+    landed = points_on(theirs.mesh, places)[np.searchsorted(ours.used, marks.vertices)]
+    error = np.linalg.norm(landed - marks.points, axis=1).max(initial=0.0)
     own = theirs.is_own(places.face)
     face = np.full(len(ours.given.vertices), -1, dtype=np.int32)
     barycentric = np.zeros((len(face), 3))
@@ -166,8 +168,12 @@ def registration(
     vertices = points_on(theirs.given, on_target)
     vertices[marks.vertices] = marks.points
     missing = face < 0
+    if missing.all():
+        raise Infeasible(
+            "the whole source comes to lie in holes of the target; give landmarks, or a target "
+            "with more surface than holes"
+        )
     vertices = bridged(ours.given, np.where(missing[:, None], 0, vertices), missing)
-    error = np.linalg.norm(vertices[marks.vertices] - marks.points, axis=1).max(initial=0.0)
     inverted = len(inverted_on_sphere(model.directions, model.mesh.faces))
     return Registration(
         Correspondence(

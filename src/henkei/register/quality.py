@@ -43,7 +43,8 @@ class RegisterQuality:
     angle_distortion : mean, weighted by area on the source, of the ratio of the singular values of
         the map from source face to target face, larger over smaller; 1 if angles are kept. A face's
         ratio counts as a thousand at most. Faces at bridged vertices do not count.
-    landmark_error : largest distance of a landmark from its counterpart.
+    landmark_error : largest distance of a landmark from its counterpart, before it is put exactly
+        there; rounding only.
     inverted : faces that are not strictly upright on the sphere; 0.
     bridged : vertices without a place on the target, where it has holes.
     """
