@@ -10,8 +10,9 @@ import pytest
 import henkei as hk
 from bodies import bumpy, with_unused_vertices
 from henkei.errors import Infeasible, InvalidInput
+from henkei.geometry.correspondence import SurfacePoints
 from henkei.geometry.progressive_sphere import inverted_on_sphere
-from henkei.register.landmarks import at_vertices, no_landmarks, resolved
+from henkei.register.landmarks import no_landmarks, resolved
 from henkei.register.spheres import OnSphere, brought_together
 from henkei.register.surfaces import Closed
 from henkei.shapes import icosphere
@@ -206,7 +207,7 @@ def test_each_point_has_a_vertex_of_its_own():
 
 def test_places_at_vertices():
     mesh = with_unused_vertices(SOURCE, [2, 50])
-    places = at_vertices(mesh)
+    places = SurfacePoints.of_vertices(mesh)
     np.testing.assert_array_equal(np.flatnonzero(places.face < 0), [2, 50])
     used = np.delete(np.arange(len(mesh.vertices)), [2, 50])
     named = mesh.faces[places.face[used], places.barycentric[used].argmax(axis=1)]

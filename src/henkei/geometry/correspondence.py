@@ -29,6 +29,14 @@ class SurfacePoints:
     def __len__(self) -> int:
         return len(self.face)
 
+    @classmethod
+    def of_vertices(cls, mesh: Mesh) -> SurfacePoints:
+        """The places of a mesh's own vertices; face -1 for those that no face uses."""
+        corner = np.full(len(mesh.vertices), -1, dtype=np.int64)
+        corner[mesh.indices[::-1]] = np.arange(len(mesh.indices))[::-1]
+        weights = np.where(corner[:, None] < 0, 0, np.eye(3)[corner % 3])
+        return cls((corner // 3).astype(np.int32), weights)
+
     def taken(self, rows: NDArray[Any]) -> SurfacePoints:
         """Some of the places, by number or by a mask."""
         return SurfacePoints(self.face[rows], self.barycentric[rows])

@@ -14,7 +14,7 @@ from scipy.spatial.distance import cdist
 from henkei.errors import InvalidInput, some
 from henkei.geometry.correspondence import SurfacePoints
 from henkei.geometry.distance import ClosestPoints, points_on
-from henkei.mesh import Floats, Mesh
+from henkei.mesh import Floats
 from henkei.register.surfaces import Closed
 from henkei.topology import Ints
 
@@ -63,7 +63,7 @@ def resolved(source: Closed, target: Closed, pairs: Any) -> Landmarks:
         given = np.zeros((0, 2), dtype=np.int64)
     if given.ndim == 2 and given.shape[1] == 2 and np.issubdtype(given.dtype, np.integer):
         vertices = _existing(source, given[:, 0])
-        places = at_vertices(target.given).taken(_existing(target, given[:, 1]))
+        places = SurfacePoints.of_vertices(target.given).taken(_existing(target, given[:, 1]))
     elif given.shape[1:] == (2, 3) and given.dtype.kind in "iuf":
         points = given.astype(np.float64)
         bad = np.flatnonzero(~np.isfinite(points).all(axis=(1, 2)))
@@ -94,14 +94,6 @@ def _existing(side: Closed, vertices: NDArray[Any]) -> Ints:
     if len(loose):
         raise InvalidInput(f"landmarks: no face of {side.name} uses vertex {some(loose)}")
     return vertices.astype(np.int32)
-
-
-def at_vertices(mesh: Mesh) -> SurfacePoints:
-    """The places of a mesh's own vertices; face -1 for those that no face uses."""
-    corner = np.full(len(mesh.vertices), -1, dtype=np.int64)
-    corner[mesh.indices[::-1]] = np.arange(len(mesh.indices))[::-1]
-    weights = np.where(corner[:, None] < 0, 0, np.eye(3)[corner % 3])
-    return SurfacePoints((corner // 3).astype(np.int32), weights)
 
 
 def _nearest_vertices(side: Closed, points: Floats) -> Ints:

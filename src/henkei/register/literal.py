@@ -37,14 +37,14 @@ from scipy.spatial import cKDTree
 
 from henkei.geometry.alignment import Similarity
 from henkei.geometry.bridge import bridged
-from henkei.geometry.correspondence import Correspondence, SurfacePoints
+from henkei.geometry.correspondence import SurfacePoints
 from henkei.geometry.distance import ClosestPoints
 from henkei.geometry.progressive_sphere import inverted_on_sphere
 from henkei.mesh import Floats, Mesh
 from henkei.progress import Progress, part, silent
 from henkei.register.adaptation import ControlPoints, adapted
 from henkei.register.alignment import aligned
-from henkei.register.landmarks import Landmarks, at_vertices, no_landmarks
+from henkei.register.landmarks import Landmarks, no_landmarks
 from henkei.register.mediators import round_mesh
 from henkei.register.quality import measured
 from henkei.register.registration import Registration
@@ -300,19 +300,7 @@ def _registration(
     )
     error = np.linalg.norm(vertices[marks.vertices] - marks.points, axis=1).max(initial=0.0)
     error /= theirs.given.diagonal
-    return Registration(
-        Correspondence(
-            ours.given.faces,
-            ours.given.vertices,
-            vertices,
-            at_vertices(ours.given),
-            on_target,
-            ours.given.attributes.without("normal"),
-            ours.given.attributes.without("normal"),
-        ),
-        theirs.given.faces,
-        len(theirs.given.vertices),
-        marks.vertices,
-        motion,
-        measured(ours.given, theirs.given, vertices, nowhere, error, inverted),
+    quality = measured(ours.given, theirs.given, vertices, nowhere, error, inverted)
+    return Registration.of(
+        ours.given, theirs.given, vertices, on_target, marks.vertices, motion, quality
     )

@@ -13,7 +13,7 @@ import numpy as np
 from henkei.errors import Infeasible, InvalidInput
 from henkei.geometry.alignment import Similarity
 from henkei.geometry.bridge import bridged
-from henkei.geometry.correspondence import Correspondence, SurfacePoints
+from henkei.geometry.correspondence import SurfacePoints
 from henkei.geometry.distance import points_on, surface_distance
 from henkei.geometry.progressive_sphere import inverted_on_sphere
 from henkei.mesh import Mesh
@@ -23,7 +23,6 @@ from henkei.register.alignment import aligned
 from henkei.register.expectation import Expectation, expectation
 from henkei.register.landmarks import (
     Landmarks,
-    at_vertices,
     no_landmarks,
     resolved,
 )
@@ -175,21 +174,9 @@ def registration(
         )
     vertices = bridged(ours.given, np.where(missing[:, None], 0, vertices), missing)
     inverted = len(inverted_on_sphere(model.directions, model.mesh.faces))
-    return Registration(
-        Correspondence(
-            ours.given.faces,
-            ours.given.vertices,
-            vertices,
-            at_vertices(ours.given),
-            on_target,
-            ours.given.attributes.without("normal"),
-            ours.given.attributes.without("normal"),
-        ),
-        theirs.given.faces,
-        len(theirs.given.vertices),
-        marks.vertices,
-        motion,
-        measured(
-            ours.given, theirs.given, vertices, missing, error / theirs.given.diagonal, inverted
-        ),
+    quality = measured(
+        ours.given, theirs.given, vertices, missing, error / theirs.given.diagonal, inverted
+    )
+    return Registration.of(
+        ours.given, theirs.given, vertices, on_target, marks.vertices, motion, quality
     )

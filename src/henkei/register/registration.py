@@ -14,7 +14,7 @@ from henkei.errors import InvalidFile, InvalidInput
 from henkei.geometry.alignment import Similarity, aligned
 from henkei.geometry.correspondence import Correspondence, SurfacePoints
 from henkei.geometry.interpolation import Path, Time, between
-from henkei.mesh import Mesh
+from henkei.mesh import Floats, Mesh
 from henkei.register.quality import RegisterQuality
 from henkei.topology import Ints
 
@@ -36,6 +36,29 @@ class Registration:
     landmarks: Ints
     similarity: Similarity
     quality: RegisterQuality
+
+    @classmethod
+    def of(
+        cls,
+        source: Mesh,
+        target: Mesh,
+        vertices: Floats,
+        on_target: SurfacePoints,
+        landmarks: Ints,
+        similarity: Similarity,
+        quality: RegisterQuality,
+    ) -> Registration:
+        """The source with its vertices (n, 3) where they came to lie."""
+        kept = source.attributes.without("normal")
+        at_home = SurfacePoints.of_vertices(source)
+        return cls(
+            Correspondence(source.faces, source.vertices, vertices, at_home, on_target, kept, kept),
+            target.faces,
+            len(target.vertices),
+            landmarks,
+            similarity,
+            quality,
+        )
 
     def __repr__(self) -> str:
         sizes = f"{len(self.correspondence.vertices_a)} vertices, {len(self.faces)} faces"
