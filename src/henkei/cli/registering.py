@@ -60,6 +60,9 @@ class Registering:
     rule
         Which vertex a point of TARGET attracts: the nearest, or literally the one as published (for
         study: it folds and hardly reaches the target).
+    distortion
+        What the form of faces weighs against covering TARGET: more (0.03) for statistics, where
+        vertices should not slide; less for the closest fit.
     seed
         For the random choice of points; the same seed gives the same bytes.
     """
@@ -70,12 +73,13 @@ class Registering:
     landmark_files: Annotated[tuple[Path, Path] | None, NO_DEFAULT] = None
     regions: Annotated[tuple[str, str] | None, NO_DEFAULT] = None
     rule: Literal["nearest", "literal"] = "nearest"
+    distortion: float = Settings.distortion
     seed: int = 0
 
     @property
     def settings(self) -> Settings:
         """The method's settings."""
-        return Settings(rule=self.rule)
+        return Settings(rule=self.rule, distortion=self.distortion)
 
     @property
     def files(self) -> list[Path]:
