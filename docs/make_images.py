@@ -18,6 +18,7 @@ from henkei.shapes import (
     head_landmarks,
     humanoid,
     icosphere,
+    mediator_landmarks,
     quadruped,
 )
 from henkei.workflows.plane_picture import plane_picture
@@ -45,6 +46,7 @@ def main() -> None:
     between(combined, IMAGES / "heads.png")
     between(plain, IMAGES / "without_landmarks.png")
     mediators()
+    registration()
     for picture in IMAGES.glob("*.png"):
         Image.open(picture).quantize(128, dither=Image.Dither.NONE).save(picture, optimize=True)
     statistics()
@@ -104,6 +106,20 @@ def mediators() -> None:
     ]
     path = IMAGES / "mediators_varied.png"
     strip(varied, path, same_camera=False, size=(240, 300), view="three-quarter")
+
+
+def registration() -> None:
+    """An animal's mesh on its way to a standing man."""
+    animal = mediator_landmarks("quadruped")
+    man = mediator_landmarks("humanoid", arms_angle=40)
+    same = {"nose": "nose"}
+    for side in ("left", "right"):
+        same |= {f"{side} fore paw": f"{side} hand", f"{side} hind paw": f"{side} foot"}
+    pairs = [(animal[here], man[there]) for here, there in same.items()]
+    registered = hk.register(quadruped(), humanoid(arms_angle=40), landmarks=pairs)
+    way = RotationAwarePath(registered.correspondence)
+    shapes = [registered.at(t, path=way) for t in np.linspace(0, 1, 5)]
+    strip(shapes, IMAGES / "register.png", size=(240, 300), view="three-quarter")
 
 
 if __name__ == "__main__":

@@ -12,8 +12,9 @@ from henkei.shapes import humanoid, mediator_landmarks, quadruped
 
 def main(folder: Path) -> list[Path]:
     """Write the animal's mesh in the shape of the man, and the way there."""
-    animal, man = quadruped(), humanoid()
-    of_animal, of_man = mediator_landmarks("quadruped"), mediator_landmarks("humanoid")
+    animal, man = quadruped(), humanoid(arms_angle=40)
+    of_animal = mediator_landmarks("quadruped")
+    of_man = mediator_landmarks("humanoid", arms_angle=40)
     same = {"nose": "nose"}
     for side in ("left", "right"):
         same |= {f"{side} fore paw": f"{side} hand", f"{side} hind paw": f"{side} foot"}

@@ -11,7 +11,7 @@ import pytest
 
 import henkei as hk
 from henkei.cli import main
-from henkei.shapes import grid, random_disk
+from henkei.shapes import grid, icosphere, quadruped, random_disk
 
 README = Path(__file__).resolve().parents[1] / "README.md"
 
@@ -20,29 +20,57 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", README.read_text(encoding="utf-8"), re.S)
 
 
-def test_python(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (code,) = blocks("python")
-    exec(compile(code, str(README), "exec"), {})
-    vertices, euler, inverted = map(int, capsys.readouterr().out.split())
+def test_python_that_combines(tmp_path, monkeypatch, capsys):
+    vertices, euler, inverted = map(int, printed(0, tmp_path, monkeypatch, capsys))
     assert (euler, inverted) == (1, 0)
     assert len(hk.load("combined.npz").faces) == hk.read("halfway.ply").face_count
     assert len(hk.read("halfway.ply").vertices) == vertices
     assert Path("morph.glb").exists()
 
 
+def test_python_that_registers(tmp_path, monkeypatch, capsys):
+    vertices, inverted, cover = map(float, printed(1, tmp_path, monkeypatch, capsys))
+    assert len(hk.read("animal_as_man.ply").vertices) == vertices == len(quadruped().vertices)
+    assert inverted == 0
+    assert cover < 1e-3
+    assert Path("rise.glb").exists()
+
+
+def printed(block, tmp_path, monkeypatch, capsys) -> list[str]:
+    """The words that a block of Python prints, run in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    exec(compile(blocks("python")[block], str(README), "exec"), {})
+    return capsys.readouterr().out.split()
+
+
 def test_commands(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     hk.write("a.obj", random_disk(0, 40))
     hk.write("b.obj", grid(4, 4))
+    hk.write("template.obj", ball(1.0))
+    Path("scans").mkdir()
+    for name, height in (("low", 0.8), ("middle", 1.1), ("high", 1.3)):
+        hk.write(f"scans/{name}.obj", ball(height))
     lines = "".join(blocks("sh")).splitlines()
     commands = [shlex.split(line, comments=True) for line in lines if line.startswith("henkei ")]
-    assert {command[1] for command in commands} == {"info", "combine", "morph"}
-    for command in commands:
+    assert {command[1] for command in commands} == {"info", "combine", "morph", "register", "stats"}
+    first = next(i for i, command in enumerate(commands) if command[1] == "register")
+    for i, command in enumerate(commands):
+        if i == first:  # from here on they are closed
+            hk.write("a.obj", ball(1.0))
+            hk.write("b.obj", ball(1.2))
+            Path("pairs.json").write_text("[[0, 0], [3, 3], [7, 7], [11, 11]]")
         assert main(command[1:]) == 0, command
     assert Path("frames/frame_0047.obj").exists()
     c = hk.load("c.npz")
     np.testing.assert_array_equal(hk.read("c_b.ply").vertices, c.vertices_b)
+    assert hk.load("r.npz").quality.landmark_error < 1e-9
+    assert len(hk.load("stats/model.npz").scores) == 3
+
+
+def ball(height: float) -> hk.Mesh:
+    round_ball = icosphere(2)
+    return hk.Mesh(round_ball.vertices * [1.0, height, 0.9], round_ball.faces)
 
 
 def test_make_targets_and_extras_exist():
