@@ -1,6 +1,6 @@
 """What the paper's formulas say, by closed forms, and what it promises of a registration.
 
-K. Matsui, K. Morooka, H. Nagahashi: 3-D morphing by direct mapping between mesh models using
+S. Matsui, K. Morooka, H. Nagahashi: 3-D morphing by direct mapping between mesh models using
 Self-organizing Deformable Model.
 """
 

@@ -1,6 +1,6 @@
 // The adaptation of a self-organizing deformable model: a mesh drawn onto the control points of a
 // surface.
-// K. Matsui, K. Morooka, H. Nagahashi, "3-D morphing by direct mapping between mesh models using
+// S. Matsui, K. Morooka, H. Nagahashi, "3-D morphing by direct mapping between mesh models using
 // Self-organizing Deformable Model", algorithm 1, steps 3 to 7 (eq. 6 to 10): a control point is
 // drawn, its winner among the vertices is found, and the winner and its neighbours move towards it.
 // Positions are kept in a grid of cells that follows them, so that the nearest vertex is found

@@ -1,6 +1,6 @@
 // Refinement of a registration: the vertices of the model glide over the target until the model
 // covers it.
-// K. Matsui, K. Morooka, H. Nagahashi, "3-D morphing by direct mapping between mesh models using
+// S. Matsui, K. Morooka, H. Nagahashi, "3-D morphing by direct mapping between mesh models using
 // Self-organizing Deformable Model", algorithm 1, steps 9 to 11 (eq. 5, 12, 13): a vertex tries
 // places towards the control points assigned to it and takes the one of least energy. Here both
 // surfaces lie on one sphere: a place is a direction, the control points of a face are those inside

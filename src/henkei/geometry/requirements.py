@@ -333,4 +333,3 @@ _PIECE: list[list[Check]] = [[has_faces, finite], [measurable], *ORIENTED, [conn
 DISK_WITH_HOLES: list[list[Check]] = [*_PIECE, [has_boundary, no_handles]]
 DISK: list[list[Check]] = [*_PIECE, [has_boundary, no_handles, one_loop]]
 SPHERE_WITH_HOLES: list[list[Check]] = [*_PIECE, [no_handles]]
-SPHERE_OR_DISK: list[list[Check]] = [*_PIECE, [no_handles, one_loop]]

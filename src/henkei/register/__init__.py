@@ -1,4 +1,4 @@
-"""One mesh onto any other: K. Matsui, K. Morooka, H. Nagahashi, "3-D morphing by direct mapping
+"""One mesh onto any other: S. Matsui, K. Morooka, H. Nagahashi, "3-D morphing by direct mapping
 between mesh models using Self-organizing Deformable Model"."""
 
 from henkei.register.pipeline import register

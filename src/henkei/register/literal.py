@@ -1,6 +1,6 @@
 """The paper's own form of the method, step by step as printed. For study: it does not work well.
 
-K. Matsui, K. Morooka, H. Nagahashi: 3-D morphing by direct mapping between mesh models using
+S. Matsui, K. Morooka, H. Nagahashi: 3-D morphing by direct mapping between mesh models using
 Self-organizing Deformable Model, algorithms 1 and 2.
 
 What the paper leaves open is decided here as follows.

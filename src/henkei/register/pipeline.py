@@ -1,6 +1,6 @@
 """Registering one surface onto another: the method's steps in order.
 
-K. Matsui, K. Morooka, H. Nagahashi: 3-D morphing by direct mapping between mesh models using
+S. Matsui, K. Morooka, H. Nagahashi: 3-D morphing by direct mapping between mesh models using
 Self-organizing Deformable Model.
 """
 

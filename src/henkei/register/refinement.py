@@ -25,7 +25,7 @@ from henkei.topology import Ints
 LEAST_CURVATURE = 1.0  # of a part that still gets vertices, by the root of the surface's area
 DRAWN = 8  # control points per vertex of the model, for the adaptation
 LANDMARK_DRAWN = 100  # as often as so many others
-CLEARING = ((10, 3), (10, 8), (30, 5), (10, 3), (100, 30))
+CLEARING = ((10, 3), (10, 8), (30, 5), (10, 3), (30, 5))
 """How faces that fold in space are cleared: weight of the form of faces, and how many rings around
 them move with them."""
 LARGEST_PART = 0.6  # of the model that is moved again for them
