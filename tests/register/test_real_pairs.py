@@ -41,8 +41,8 @@ PAIRS = [
     Pair("quadruped/koala_lo.obj", "quadruped/cat_lo.obj", 0.0005, 0.0075, 0.001, 0.001),
     Pair("quadruped/shrec07_385.off", "quadruped/shrec07_394.off", 0.0004, 0.008, 0.001, 0.001,
          ("landmarks/shrec07_385.vts", "landmarks/shrec07_394.vts")),
-    Pair("humanoid/makehuman_body.obj", "humanoid/armadillo_oded.obj", 0.0013, 0.018, 0.0015,
-         0.003),
+    Pair("humanoid/makehuman_body.obj", "humanoid/armadillo_oded.obj", 0.0013, 0.018, 0.001,
+         0.001),
 ]  # fmt: skip
 
 
