@@ -126,7 +126,8 @@ def _along(points: Floats, curve: Floats) -> Iterator[tuple[Floats, Floats]]:
     for start, end in pairwise(curve):
         along = (end - start)[:-1]
         offset = points - start[:-1, None]
-        t = np.clip(along @ offset / (along @ along), 0, 1)
+        squared = float(along @ along) or 1.0  # too short for its square: a point
+        t = np.clip(along @ offset / squared, 0, 1)
         yield _length(offset - along[:, None] * t), start[-1] + t * (end[-1] - start[-1])
 
 
