@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from henkei import errors, shapes
     from henkei.combine import CombinedMesh, combine
+    from henkei.deform import Deformer
     from henkei.geometry.repair import (
         largest_component,
         oriented,
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Attributes",
     "CombinedMesh",
+    "Deformer",
     "Mesh",
     "PolygonMesh",
     "Registration",
@@ -60,6 +62,7 @@ __all__ = [
 
 _HOMES = {
     "henkei.combine": ("CombinedMesh", "combine"),
+    "henkei.deform": ("Deformer",),
     "henkei.geometry.repair": (
         "largest_component",
         "oriented",

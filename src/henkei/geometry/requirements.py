@@ -50,6 +50,7 @@ class Problem:
 Check = Callable[[Surface], Problem | None]
 
 LEAST, MOST = 1e-100, 1e100  # extent, so that squares of lengths neither vanish nor overflow
+NO_AREA = 1e-14  # of a face by the square of its longest edge
 ROUNDING = 1e-12  # extent by distance from the origin
 
 
@@ -123,6 +124,16 @@ def require_sphere_with_holes(surface: Surface) -> None:
         raise NotASphere(str(error)) from None
 
 
+def require_measurable_faces(surface: Surface) -> None:
+    """Raise unless the surface has faces, each with finite positions and an area.
+
+    Raises
+    ------
+    NotADisk, NotFinite, DegenerateFaces, InvalidMesh
+    """
+    _require(surface, MEASURABLE_FACES)
+
+
 def has_faces(surface: Surface) -> Problem | None:
     """At least one face."""
     if surface.face_count:
@@ -171,6 +182,25 @@ def not_degenerate(surface: Surface) -> Problem | None:
         f"{_count(len(bad), 'face')} {'repeat' if len(bad) > 1 else 'repeats'} a vertex: "
         f"{some(bad)}",
         "henkei.without_degenerate_faces(mesh) removes them",
+    )
+
+
+def with_area(surface: Surface) -> Problem | None:
+    """No face has zero area, up to rounding."""
+    ends = surface.vertices[surface.topology.target] - surface.vertices[surface.indices]
+    longest = np.maximum.reduceat(np.einsum("hi,hi->h", ends, ends), surface.offsets[:-1])
+    start = surface.vertices[surface.indices[surface.offsets[:-1]]][surface.topology.face]
+    spokes = surface.vertices[surface.indices] - start
+    crosses = np.cross(spokes, spokes + ends)
+    area = np.linalg.norm(np.add.reduceat(crosses, surface.offsets[:-1]), axis=1)
+    bad = np.flatnonzero(area <= NO_AREA * longest)
+    if not len(bad):
+        return None
+    return Problem(
+        DegenerateFaces,
+        f"{_count(len(bad), 'face')} {_have(len(bad))} no area: {some(bad)}",
+        "henkei.without_degenerate_faces(mesh) removes those that repeat a vertex; collapse or "
+        "flip an edge of the others",
     )
 
 
@@ -329,6 +359,7 @@ def _pairs(edges: Ints) -> list[str]:
 
 MANIFOLD: list[list[Check]] = [[not_degenerate], [manifold]]
 ORIENTED: list[list[Check]] = [*MANIFOLD, [oriented]]
+MEASURABLE_FACES: list[list[Check]] = [[has_faces, finite], [measurable], [not_degenerate], [with_area]]
 _PIECE: list[list[Check]] = [[has_faces, finite], [measurable], *ORIENTED, [connected]]
 DISK_WITH_HOLES: list[list[Check]] = [*_PIECE, [has_boundary, no_handles]]
 DISK: list[list[Check]] = [*_PIECE, [has_boundary, no_handles, one_loop]]

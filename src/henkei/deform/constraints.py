@@ -1,0 +1,273 @@
+"""What a user holds, moves and keeps: fixed regions, handles, form features, pins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from henkei.errors import InvalidInput
+from henkei.geometry.rotations import (
+    matrices_from_vectors,
+    unwrapped,
+    vectors_from_matrices,
+)
+from henkei.mesh import Floats
+
+Region = NDArray[np.int64]
+Keep = Literal["rigid", "circle", "plane", "line"]
+FLAT = 1e-3  # part of its size by which a region may leave the plane or line it shall keep
+
+
+@dataclass(eq=False)
+class Fixed:
+    """A region that stays where it is."""
+
+    name: str
+    vertices: Region
+    weight: float | None = None
+
+
+@dataclass(eq=False)
+class Handle:
+    """A region that a user moves as one rigid, or evenly scaled, body.
+
+    name : of the handle, in messages and recipes.
+    vertices : (k,) its vertices.
+    centre : (3,) their centroid at rest, about which the handle turns and scales.
+    translation, rotation, scale : present pose against rest, see :meth:`move`.
+    """
+
+    name: str
+    vertices: Region
+    rest: Floats = field(repr=False)
+    weight: float | None = None
+    translation: Floats = field(default_factory=lambda: np.zeros(3))
+    rotation: Floats = field(default_factory=lambda: np.zeros(3))
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        self.centre: Floats = self.rest.mean(axis=0)
+
+    def move(
+        self,
+        translation: ArrayLike = (0.0, 0.0, 0.0),
+        rotation: ArrayLike = (0.0, 0.0, 0.0),
+        scale: float = 1.0,
+    ) -> None:
+        """Put the handle into a pose, always counted from rest.
+
+        Parameters
+        ----------
+        translation : (3,) of the handle's centroid, in the unit of the mesh.
+        rotation : (3,) rotation vector about the centroid: its direction is the axis, its length
+            the angle in radians. It may be longer than pi: two full turns are not none.
+        scale : factor about the centroid; lengths between handles follow smoothly.
+
+        Raises
+        ------
+        InvalidInput : not three finite numbers, or a scale that is not positive.
+        """
+        translation = _vector(translation, f"translation of {self.name!r}")
+        rotation = _vector(rotation, f"rotation of {self.name!r}")
+        self.scale = _positive(scale, f"scale of {self.name!r}")
+        self.translation, self.rotation = translation, rotation
+
+    def turn(self, rotation: ArrayLike) -> None:
+        """Turn the handle by a further rotation vector ``(3,)``, as a sequence of mouse moves does.
+
+        Turns add up: the rotation vector that results is, of all that mean the same rotation, the
+        one nearest to the present one, so that it may pass 180 and 360 degrees.
+        """
+        step = _vector(rotation, f"rotation of {self.name!r}")
+        turned = _matrix(step) @ _matrix(self.rotation)
+        vectors = np.stack([self.rotation, vectors_from_matrices(turned[None])[0]])
+        self.rotation = unwrapped(vectors, np.array([[0, 1]]))[1]
+
+    @property
+    def displacement(self) -> Floats:
+        """From rest to the present pose, ``(k, 3)``."""
+        turn = self.scale * _matrix(self.rotation) - np.eye(3)
+        return self.translation + (self.rest - self.centre) @ turn.T
+
+
+@dataclass(eq=False)
+class Feature:
+    """A form feature: a region whose shape survives, whatever happens around it.
+
+    name : of the feature, in messages and recipes.
+    vertices : (k,) its vertices.
+    keep : what survives. ``"rigid"``: everything but place and direction. ``"circle"``: the same,
+        and its radius may be set. ``"plane"``: it stays planar, and is stretched or sheared only
+        within its plane. ``"line"``: it stays straight, and is stretched only along itself.
+    centre : (3,) of the vertices at rest; of the circle if one is kept.
+    axis : (3,) unit normal of the plane or axis of the circle, direction of the line; zeros
+        if it is only rigid.
+    rest_radius : of the circle; None if none is kept.
+    scale : slider: factor about the centre.
+    """
+
+    name: str
+    vertices: Region
+    rest: Floats = field(repr=False)
+    keep: Keep = "rigid"
+    weight: float | None = None
+
+    def __post_init__(self) -> None:
+        self.centre: Floats = self.rest.mean(axis=0)
+        self.axis: Floats = np.zeros(3)
+        self.rest_radius: float | None = None
+        self._scale, self._radius = 1.0, None
+        if self.keep != "rigid":
+            _KEPT[self.keep](self)
+
+    @property
+    def scale(self) -> float:
+        return self._scale
+
+    @scale.setter
+    def scale(self, value: float) -> None:
+        self._scale = _positive(value, f"scale of {self.name!r}")
+
+    @property
+    def radius(self) -> float | None:
+        """Present radius of a circle, in the unit of the mesh; may be set. None if none is kept.
+
+        The region is scaled away from the axis, not along it: a hole keeps its depth.
+        """
+        return self.rest_radius if self._radius is None else self._radius
+
+    @radius.setter
+    def radius(self, value: float) -> None:
+        if self.rest_radius is None:
+            raise InvalidInput(
+                f"{self.name!r} has no radius; make it with d.feature(region, keep='circle')"
+            )
+        self._radius = _positive(value, f"radius of {self.name!r}")
+
+    @property
+    def offsets(self) -> Floats:
+        """From the centre at rest, ``(k, 3)``, before any sliders."""
+        return self.rest - self.centre
+
+    @property
+    def basis(self) -> Floats:
+        """Functions ``(k, c)`` of the vertices that may be added to each coordinate."""
+        ones = np.ones(len(self.vertices))
+        if self.keep == "line":
+            return np.column_stack([ones, self.offsets @ self.axis])
+        if self.keep == "plane":
+            across = _across(self.axis)
+            return np.column_stack([ones, self.offsets @ across.T])
+        return ones[:, None]
+
+    def displacement(self, rotation: Floats) -> Floats:
+        """``(k, 3)`` of the feature turned by ``rotation`` (3, 3) about its centre, with sliders."""
+        shape = self._scale * np.eye(3)
+        if self._radius is not None and self.rest_radius is not None:
+            along = np.outer(self.axis, self.axis)
+            shape = self._scale * (along + self._radius / self.rest_radius * (np.eye(3) - along))
+        turned: Floats = self.offsets @ (rotation @ shape - np.eye(3)).T
+        return turned
+
+
+@dataclass(eq=False)
+class Pin:
+    """A point of the surface that shall be at a place.
+
+    vertices, coefficients : (k,) the point is the sum of these vertices by these coefficients.
+    target : (3,) where it shall be.
+    """
+
+    name: str
+    vertices: Region
+    coefficients: Floats
+    rest: Floats
+    target: Floats
+    weight: float | None = None
+
+    def move(self, target: ArrayLike) -> None:
+        """Put the pin at a place ``(3,)``, in the coordinates of the mesh."""
+        self.target = _vector(target, f"target of {self.name!r}")
+
+    @property
+    def displacement(self) -> Floats:
+        """From rest to the target, ``(3,)``."""
+        return self.target - self.rest
+
+
+def _flat(feature: Feature) -> None:
+    size, normal, height = _thinnest(feature, directions=2)
+    if np.abs(height).max() > FLAT * size:
+        raise InvalidInput(
+            f"{feature.name!r} is not planar: it leaves its plane by {np.abs(height).max():.3g}; "
+            "choose a planar region, or keep='rigid'"
+        )
+    feature.axis = normal
+
+
+def _straight(feature: Feature) -> None:
+    offsets = feature.offsets
+    _, sizes, axes = np.linalg.svd(offsets, full_matrices=False)
+    beside = offsets - np.outer(offsets @ axes[0], axes[0])
+    size = np.abs(offsets @ axes[0]).max()
+    if not size or np.linalg.norm(beside, axis=1).max() > FLAT * size:
+        raise InvalidInput(
+            f"{feature.name!r} is not straight: it leaves its line by "
+            f"{np.linalg.norm(beside, axis=1).max():.3g}; choose a straight line, or keep='rigid'"
+        )
+    feature.axis = axes[0]
+
+
+def _round(feature: Feature) -> None:
+    from henkei.geometry.form_features import fitted_circle
+
+    circle = fitted_circle(feature.rest)
+    feature.centre, feature.axis, feature.rest_radius = circle.centre, circle.axis, circle.radius
+
+
+_KEPT: dict[str, Any] = {"plane": _flat, "line": _straight, "circle": _round}
+
+
+def _thinnest(feature: Feature, directions: int) -> tuple[float, Floats, Floats]:
+    """Size, normal and heights of a region over its best plane."""
+    _, sizes, axes = np.linalg.svd(feature.offsets, full_matrices=False)
+    if len(feature.vertices) < directions + 1 or sizes[directions - 1] <= 1e-9 * sizes[0]:
+        raise InvalidInput(
+            f"{feature.name!r} has no plane: its {len(feature.vertices)} vertices lie on a line; "
+            "choose a region with an area, or keep='line'"
+        )
+    size = float(np.linalg.norm(feature.offsets, axis=1).max())
+    return size, axes[2], feature.offsets @ axes[2]
+
+
+def _across(axis: Floats) -> Floats:
+    """Two unit vectors ``(2, 3)`` that are perpendicular to ``axis`` and to each other."""
+    first = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(axis, first)])
+
+
+def _matrix(vector: Floats) -> Floats:
+    matrix: Floats = matrices_from_vectors(vector[None])[0]
+    return matrix
+
+
+def _vector(values: ArrayLike, what: str) -> Floats:
+    try:
+        vector = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        vector = np.empty(0)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise InvalidInput(f"{what} must be three finite numbers, not {values!r}")
+    return vector
+
+
+def _positive(value: float, what: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        raise InvalidInput(f"{what} must be a number, not {value!r}")
+    if not 0 < value < np.inf:
+        raise InvalidInput(f"{what} must be positive and finite, not {value!r}")
+    return float(value)

@@ -1,0 +1,290 @@
+"""H. Masuda, Y. Yoshioka, Y. Furukawa, "Feature-preserving interactive mesh deformation" (2006)."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from henkei.deform.constraints import Feature, Fixed, Handle, Keep, Pin
+from henkei.deform.prepared import Prepared
+from henkei.deform.quality import DeformQuality, measured
+from henkei.deform.regions import checked_name, checked_point, checked_region, require_apart
+from henkei.deform.settings import Method, Settings
+from henkei.errors import InvalidInput
+from henkei.geometry.requirements import require_measurable_faces
+from henkei.mesh import Floats, Surface
+from henkei.progress import Progress, silent
+
+
+class Deformer:
+    """Bends a surface by handles while form features keep their shape.
+
+    Parameters
+    ----------
+    mesh : a mesh of triangles or polygons, or anything :meth:`henkei.Mesh.from_any` takes. It may
+        be open, of several pieces and not manifold. Faces and attributes are kept.
+    settings : see :class:`Settings`.
+
+    Raises
+    ------
+    InvalidMesh : no faces, NaN or infinite positions, faces without an area.
+
+    Notes
+    -----
+    Name what is held, moved and kept, then :meth:`prepare` once; afterwards each :meth:`solve` costs
+    one back-substitution (section 2 of the paper).
+
+    >>> d = Deformer(mesh)
+    >>> d.fix(rim)
+    >>> handle = d.handle(middle)
+    >>> hole = d.feature(loop)
+    >>> d.prepare()
+    >>> handle.move(translation=(0, 0, 5))
+    >>> positions = d.solve()
+    """
+
+    def __init__(self, mesh: Any, settings: Settings | None = None) -> None:
+        from henkei.interchange import surface_from
+
+        self.mesh: Surface = mesh if isinstance(mesh, Surface) else surface_from(mesh)
+        self.settings = settings or Settings()
+        require_measurable_faces(self.mesh)
+        self._bodies: list[Fixed | Handle | Feature] = []
+        self._pins: list[Pin] = []
+        self._offsets: list[tuple[str, Feature, Feature]] = []
+        self._prepared: Prepared | None = None
+        self._solution: Floats | None = None
+        self._method: Method = "linear"
+        self._quality: DeformQuality | None = None
+
+    @property
+    def handles(self) -> list[Handle]:
+        """All handles, in the order they were made."""
+        return [body for body in self._bodies if isinstance(body, Handle)]
+
+    @property
+    def features(self) -> list[Feature]:
+        """All features, in the order they were made."""
+        return [body for body in self._bodies if isinstance(body, Feature)]
+
+    @property
+    def pins(self) -> list[Pin]:
+        """All pins, in the order they were made."""
+        return list(self._pins)
+
+    def fix(self, region: Any, *, weight: float | None = None, name: str | None = None) -> Fixed:
+        """Hold a region where it is.
+
+        Parameters
+        ----------
+        region : vertex indices ``(k,)``, a mask ``(n,)`` of booleans, or an object with ``vertices``
+            such as a found feature. :mod:`henkei.select` has functions that choose regions.
+        weight : None to hold it exactly, or a positive number to hold it softly: its part in the
+            least squares, against 1 for the curvature of a vertex.
+        name : how messages and recipes call it; "fixed 1" and so on by default.
+
+        Raises
+        ------
+        InvalidInput : the region is empty, names vertices that don't exist or overlaps another one;
+            the weight is not positive; the name is taken.
+        """
+        name = self._name(name, "fixed")
+        vertices = self._region(region, name)
+        body = Fixed(name, vertices, _checked_weight(weight, name))
+        self._add(body)
+        return body
+
+    def handle(
+        self, region: Any, *, weight: float | None = None, name: str | None = None
+    ) -> Handle:
+        """A region to be moved as one body; see :meth:`fix` for the parameters.
+
+        Raises
+        ------
+        InvalidInput : as :meth:`fix`.
+        """
+        name = self._name(name, "handle")
+        vertices = self._region(region, name)
+        rest = self.mesh.vertices[vertices]
+        body = Handle(name, vertices, rest, _checked_weight(weight, name))
+        self._add(body)
+        return body
+
+    def feature(
+        self,
+        region: Any,
+        *,
+        keep: Keep = "rigid",
+        weight: float | None = None,
+        name: str | None = None,
+    ) -> Feature:
+        """A region whose shape survives: a hole, a rib, a pad, a character line (eq. 12).
+
+        All vertices of the region are one body, even where no edge joins them.
+
+        Parameters
+        ----------
+        keep : ``"rigid"``, ``"circle"``, ``"plane"`` or ``"line"``; see :class:`Feature`.
+
+        Raises
+        ------
+        InvalidInput : as :meth:`fix`; or the region is not round, planar or straight but shall stay
+            so.
+        """
+        name = self._name(name, "feature")
+        if keep not in ("rigid", "circle", "plane", "line"):
+            raise InvalidInput(
+                f"keep must be 'rigid', 'circle', 'plane' or 'line', not {keep!r}"
+            )
+        vertices = self._region(region, name)
+        rest = self.mesh.vertices[vertices]
+        body = Feature(name, vertices, rest, keep, _checked_weight(weight, name))
+        self._add(body)
+        return body
+
+    def pin(
+        self,
+        point: Any,
+        target: ArrayLike | None = None,
+        *,
+        weight: float | None = None,
+        name: str | None = None,
+    ) -> Pin:
+        """Put one point of the surface at a place; around it the surface is free to turn (eq. 2, 3).
+
+        Parameters
+        ----------
+        point : a vertex index, ``((i, j), t)`` for ``t p_i + (1 - t) p_j`` on an edge, or
+            ``(face, weights)`` with a weight for each corner of a face.
+        target : (3,) where it shall be; where it is by default.
+        weight, name : as in :meth:`fix`.
+
+        Raises
+        ------
+        InvalidInput : the point is not on the mesh, the target is not three finite numbers.
+        """
+        name = self._name(name, "pin")
+        vertices, coefficients = checked_point(point, self.mesh, name)
+        rest = coefficients @ self.mesh.vertices[vertices]
+        pin = Pin(name, vertices, coefficients, rest, rest, _checked_weight(weight, name))
+        if target is not None:
+            pin.move(target)
+        self._pins.append(pin)
+        self._changed()
+        return pin
+
+    def keep_offset(self, first: Feature, second: Feature, *, name: str | None = None) -> str:
+        """Keep the offset between the centres of two features, turned with them.
+
+        The two share one rotation, so that axes of holes stay parallel; each may still be scaled
+        about its own centre.
+
+        Raises
+        ------
+        InvalidInput : not two different hard features of this deformer.
+        """
+        for feature in (first, second):
+            if feature not in self._bodies or feature.weight is not None:
+                raise InvalidInput("an offset is kept between two hard features of this deformer")
+        if first is second:
+            raise InvalidInput(f"{first.name!r} has no offset to itself; give two features")
+        name = self._name(name, "offset")
+        self._offsets.append((name, first, second))
+        self._changed()
+        return name
+
+    def prepare(self, progress: Progress = silent, *, method: Method = "linear") -> Deformer:
+        """Factor the systems for the constraints named so far.
+
+        Raises
+        ------
+        InvalidInput : nothing is fixed, or a connected piece of the surface is held by nothing.
+        """
+        self._prepared = Prepared(
+            self.mesh, self.settings, self._bodies, self._pins, self._offsets, progress
+        )
+        if method == "refined":
+            self._prepared.prepare_refinement(progress)
+        return self
+
+    def solve(self, method: Method = "linear") -> Floats:
+        """Positions ``(n, 3)`` for the present poses of handles, features and pins.
+
+        Parameters
+        ----------
+        method : ``"linear"``, the paper; or ``"refined"``: a few steps more that fit rotations to
+            the result, for large turns and translations, where the linear method shears.
+
+        Raises
+        ------
+        Infeasible : constraints contradict each other; the message names them.
+        InvalidInput : as :meth:`prepare`, which is called if it has not been.
+        """
+        if method not in ("linear", "refined"):
+            raise InvalidInput(f"method must be 'linear' or 'refined', not {method!r}")
+        if self._prepared is None:
+            self.prepare(method=method)
+        assert self._prepared is not None
+        displacement = self._prepared.solve(method)
+        self._solution = self.mesh.vertices + displacement
+        self._quality, self._method = None, method
+        return self._solution.copy()
+
+    @property
+    def result(self) -> Surface:
+        """The surface at the last solution; faces and attributes as given."""
+        return dataclasses.replace(self.mesh, vertices=self._solved())
+
+    @property
+    def quality(self) -> DeformQuality:
+        """Figures that tell whether to trust the last solution."""
+        if self._quality is None:
+            solved = self._solved()
+            assert self._prepared is not None
+            self._quality = measured(
+                self.mesh,
+                solved,
+                self._bodies,
+                self._pins,
+                self._prepared.rotations,
+                self._prepared.solver,
+                self._method,
+            )
+        return self._quality
+
+    def _solved(self) -> Floats:
+        if self._solution is None:
+            raise InvalidInput("there is no solution yet; call solve()")
+        return self._solution
+
+    def _add(self, body: Fixed | Handle | Feature) -> None:
+        if body.weight is None:
+            require_apart(body, [other for other in self._bodies if other.weight is None])
+        self._bodies.append(body)
+        self._changed()
+
+    def _changed(self) -> None:
+        self._prepared = None
+
+    def _name(self, name: str | None, kind: str) -> str:
+        named = [item.name for item in (*self._bodies, *self._pins)]
+        return checked_name(name, kind, named + [name for name, _, _ in self._offsets])
+
+    def _region(self, region: Any, name: str) -> Any:
+        return checked_region(region, len(self.mesh.vertices), name)
+
+
+def _checked_weight(weight: float | None, name: str) -> float | None:
+    if weight is None:
+        return None
+    if isinstance(weight, bool) or not isinstance(weight, int | float | np.number):
+        raise InvalidInput(f"the weight of {name!r} must be a number or None, not {weight!r}")
+    if not 0 < weight < np.inf:
+        raise InvalidInput(
+            f"the weight of {name!r} must be positive and finite, not {weight!r}; "
+            "None holds it exactly"
+        )
+    return float(weight)

@@ -1,0 +1,58 @@
+"""One scalar system for all three coordinates: soft rows minimised over what hard rows leave."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csc_array, csr_array
+
+from henkei.mesh import Floats
+from henkei.solve.factor import Backend, Factor, factor_spd
+from henkei.topology import Ints
+
+
+class System:
+    """Minimises ``u'Qu/2 - g'u`` over displacements ``u = T y + u0`` with ``C u = d``.
+
+    Factored once. The columns of a right-hand side are independent of each other.
+    """
+
+    def __init__(
+        self,
+        quadratic: csr_array[np.float64],
+        freedom: csr_array[np.float64],
+        held: Ints,
+        solver: Backend,
+        rows: csr_array[np.float64] | None = None,
+    ) -> None:
+        self._freedom = freedom
+        self._transposed = csr_array(freedom.T)
+        self._held = held
+        self._coupling = csr_array(self._transposed @ csc_array(quadratic)[:, held])
+        self.factor: Factor = factor_spd(csc_array(self._transposed @ quadratic @ freedom), backend=solver)
+        self._rows = rows
+        self._constrained = None if rows is None else Constrained(self.factor, rows @ freedom)
+
+    def with_rows(self, rows: csr_array[np.float64] | None) -> System:
+        """The same factored system under other constraints ``C u = d``."""
+        other = object.__new__(System)
+        other.__dict__ = self.__dict__ | {
+            "_rows": rows,
+            "_constrained": None if rows is None else Constrained(self.factor, rows @ self._freedom),
+        }
+        return other
+
+    def solve(self, gradient: Floats, prescribed: Floats, targets: Floats | None = None) -> Floats:
+        """The displacements ``(n, k)``.
+
+        gradient : (n, k), g.
+        prescribed : (n, k), u0; only its held rows are not zero.
+        targets : (r, k), d.
+        """
+        right = self._transposed @ gradient - self._coupling @ prescribed[self._held]
+        if self._constrained is None:
+            unknowns = self.factor.solve(right)
+        else:
+            unknowns = self._constrained.solve(right, targets - self._rows @ prescribed)
+        displacements: Floats = self._freedom @ unknowns
+        displacements[self._held] += prescribed[self._held]
+        return displacements
