@@ -119,7 +119,8 @@ class Feature:
         self.centre: Floats = self.rest.mean(axis=0)
         self.axis: Floats = np.zeros(3)
         self.rest_radius: float | None = None
-        self._scale, self._radius = 1.0, None
+        self._scale = 1.0
+        self._radius: float | None = None
         if self.keep != "rigid":
             _KEPT[self.keep](self)
 
@@ -147,6 +148,10 @@ class Feature:
             )
         self._radius = _positive(value, f"radius of {self.name!r}")
 
+    def follow(self, other: Feature) -> None:
+        """Take over the sliders of another feature."""
+        self._scale, self._radius = other._scale, other._radius
+
     @property
     def offsets(self) -> Floats:
         """From the centre at rest, ``(k, 3)``, before any sliders."""
@@ -164,7 +169,7 @@ class Feature:
         return ones[:, None]
 
     def displacement(self, rotation: Floats) -> Floats:
-        """``(k, 3)`` of the feature turned by ``rotation`` (3, 3) about its centre, with sliders."""
+        """``(k, 3)`` of the feature with sliders, turned by ``rotation`` (3, 3) at its centre."""
         shape = self._scale * np.eye(3)
         if self._radius is not None and self.rest_radius is not None:
             along = np.outer(self.axis, self.axis)
@@ -210,7 +215,7 @@ def _flat(feature: Feature) -> None:
 
 def _straight(feature: Feature) -> None:
     offsets = feature.offsets
-    _, sizes, axes = np.linalg.svd(offsets, full_matrices=False)
+    axes = np.linalg.svd(offsets, full_matrices=False)[2]
     beside = offsets - np.outer(offsets @ axes[0], axes[0])
     size = np.abs(offsets @ axes[0]).max()
     if not size or np.linalg.norm(beside, axis=1).max() > FLAT * size:

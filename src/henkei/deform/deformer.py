@@ -13,10 +13,13 @@ from henkei.deform.prepared import Prepared
 from henkei.deform.quality import DeformQuality, measured
 from henkei.deform.regions import checked_name, checked_point, checked_region, require_apart
 from henkei.deform.settings import Method, Settings
+from henkei.deform.symmetry import Symmetry
 from henkei.errors import InvalidInput
 from henkei.geometry.requirements import require_measurable_faces
 from henkei.mesh import Floats, Surface
 from henkei.progress import Progress, silent
+
+ON_TOP = 100  # vertices that may come to a prepared deformer before it is factored anew
 
 
 class Deformer:
@@ -34,8 +37,8 @@ class Deformer:
 
     Notes
     -----
-    Name what is held, moved and kept, then :meth:`prepare` once; afterwards each :meth:`solve` costs
-    one back-substitution (section 2 of the paper).
+    Name what is held, moved and kept, then :meth:`prepare` once; afterwards each :meth:`solve`
+    costs one back-substitution (section 2 of the paper).
 
     >>> d = Deformer(mesh)
     >>> d.fix(rim)
@@ -55,7 +58,9 @@ class Deformer:
         self._bodies: list[Fixed | Handle | Feature] = []
         self._pins: list[Pin] = []
         self._offsets: list[tuple[str, Feature, Feature]] = []
+        self._symmetry: Symmetry | None = None
         self._prepared: Prepared | None = None
+        self._late: list[Fixed | Handle | Pin] = []
         self._solution: Floats | None = None
         self._method: Method = "linear"
         self._quality: DeformQuality | None = None
@@ -80,8 +85,8 @@ class Deformer:
 
         Parameters
         ----------
-        region : vertex indices ``(k,)``, a mask ``(n,)`` of booleans, or an object with ``vertices``
-            such as a found feature. :mod:`henkei.select` has functions that choose regions.
+        region : vertex indices ``(k,)``, a mask ``(n,)`` of booleans, or an object with
+            ``vertices`` such as a found feature. :mod:`henkei.select` has functions that choose.
         weight : None to hold it exactly, or a positive number to hold it softly: its part in the
             least squares, against 1 for the curvature of a vertex.
         name : how messages and recipes call it; "fixed 1" and so on by default.
@@ -136,9 +141,7 @@ class Deformer:
         """
         name = self._name(name, "feature")
         if keep not in ("rigid", "circle", "plane", "line"):
-            raise InvalidInput(
-                f"keep must be 'rigid', 'circle', 'plane' or 'line', not {keep!r}"
-            )
+            raise InvalidInput(f"keep must be 'rigid', 'circle', 'plane' or 'line', not {keep!r}")
         vertices = self._region(region, name)
         rest = self.mesh.vertices[vertices]
         body = Feature(name, vertices, rest, keep, _checked_weight(weight, name))
@@ -153,7 +156,7 @@ class Deformer:
         weight: float | None = None,
         name: str | None = None,
     ) -> Pin:
-        """Put one point of the surface at a place; around it the surface is free to turn (eq. 2, 3).
+        """Put one point of the surface at a place; it is free to turn there (eq. 2, 3).
 
         Parameters
         ----------
@@ -173,7 +176,7 @@ class Deformer:
         if target is not None:
             pin.move(target)
         self._pins.append(pin)
-        self._changed()
+        self._come(pin)
         return pin
 
     def keep_offset(self, first: Feature, second: Feature, *, name: str | None = None) -> str:
@@ -196,6 +199,27 @@ class Deformer:
         self._changed()
         return name
 
+    def symmetry(
+        self, point: ArrayLike, normal: ArrayLike, *, tolerance: float | None = None
+    ) -> None:
+        """Keep the mesh symmetric about a plane: what is done on one side is done on the other.
+
+        Every constraint gets a mirrored twin. One that is its own mirror image, such as a handle
+        on the plane, can only move within the plane.
+
+        Parameters
+        ----------
+        point, normal : (3,) of the plane.
+        tolerance : how far a vertex may be from the mirror image of its partner, in the unit of
+            the mesh; 1e-6 of the diagonal by default.
+
+        Raises
+        ------
+        InvalidInput : a vertex has no mirror image, or the plane is no plane.
+        """
+        self._symmetry = Symmetry(self.mesh, point, normal, tolerance)
+        self._changed()
+
     def prepare(self, progress: Progress = silent, *, method: Method = "linear") -> Deformer:
         """Factor the systems for the constraints named so far.
 
@@ -204,8 +228,15 @@ class Deformer:
         InvalidInput : nothing is fixed, or a connected piece of the surface is held by nothing.
         """
         self._prepared = Prepared(
-            self.mesh, self.settings, self._bodies, self._pins, self._offsets, progress
+            self.mesh,
+            self.settings,
+            self._bodies,
+            self._pins,
+            [(first, second) for _, first, second in self._offsets],
+            self._symmetry,
+            progress,
         )
+        self._late = []
         if method == "refined":
             self._prepared.prepare_refinement(progress)
         return self
@@ -228,6 +259,9 @@ class Deformer:
         if self._prepared is None:
             self.prepare(method=method)
         assert self._prepared is not None
+        if self._late:
+            self._prepared.add(self._late)
+            self._late = []
         displacement = self._prepared.solve(method)
         self._solution = self.mesh.vertices + displacement
         self._quality, self._method = None, method
@@ -249,7 +283,7 @@ class Deformer:
                 solved,
                 self._bodies,
                 self._pins,
-                self._prepared.rotations,
+                self._prepared.field.rotations(),
                 self._prepared.solver,
                 self._method,
             )
@@ -264,10 +298,25 @@ class Deformer:
         if body.weight is None:
             require_apart(body, [other for other in self._bodies if other.weight is None])
         self._bodies.append(body)
-        self._changed()
+        self._come(body)
+
+    def _come(self, item: Fixed | Handle | Feature | Pin) -> None:
+        """What comes to a prepared deformer is put on top of it if it is small."""
+        on_top = [item.vertices for item in (*self._late, item)]
+        if self._prepared is not None:
+            on_top += [item.vertices for item in self._prepared.late]
+        if (
+            isinstance(item, Feature)
+            or item.weight is not None
+            or self._symmetry is not None
+            or sum(map(len, on_top)) > ON_TOP
+        ):
+            self._changed()
+        elif self._prepared is not None:
+            self._late.append(item)
 
     def _changed(self) -> None:
-        self._prepared = None
+        self._prepared, self._late = None, []
 
     def _name(self, name: str | None, kind: str) -> str:
         named = [item.name for item in (*self._bodies, *self._pins)]

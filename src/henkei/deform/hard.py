@@ -1,9 +1,9 @@
 """Hard rows by elimination: what fixed regions, handles and features leave free (eq. 2, 12).
 
 Once rotations are known, a fixed region and a handle have no freedom, a rigid feature has one
-translation. All hard rows of eq. 12 then read ``x = T y + x0``, and the soft rows are minimised over
-``y``: the same answer as with Lagrange multipliers (eq. 5), by a smaller system that is symmetric
-and positive definite.
+translation. All hard rows of eq. 12 then read ``x = T y + x0``, and the soft rows are minimised
+over ``y``: the same answer as with Lagrange multipliers (eq. 5), by a smaller system that is
+symmetric and positive definite.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csc_array, csr_array
+from scipy.sparse import csr_array
 
-from henkei.deform.constraints import Feature, Fixed, Handle
-from henkei.mesh import Floats
+from henkei.deform.constraints import Feature, Fixed, Handle, Pin
 from henkei.topology import Ints
 
 Body = Fixed | Handle | Feature
+Held = Body | Pin
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Freedom:
     first: list[int]
 
 
-def freedom(count: int, used: Ints, bodies: Sequence[Body], groups: Sequence[int]) -> Freedom:
+def freedom(count: int, used: Ints, bodies: Sequence[Held], groups: Sequence[int]) -> Freedom:
     """The freedom that hard ``bodies`` leave to the positions of ``count`` vertices.
 
     used : vertices that the surface uses; the others stay where they are.
@@ -87,8 +87,3 @@ def turning_freedom(
     return csr_array(
         (np.ones(len(rows)), (rows, column[rows])), shape=(count, unknowns + len(shared))
     )
-
-
-def reduced(quadratic: csr_array[np.float64], matrix: csr_array[np.float64]) -> csc_array[np.float64]:
-    """``T' Q T``."""
-    return csc_array(matrix.T @ quadratic @ matrix)

@@ -19,7 +19,7 @@ Target = Callable[[Floats], Floats]
 class Penalties:
     """Rows ``B`` (r, n) and how heavy a miss of each is; ``targets`` give what they shall be.
 
-    Each target is a function of the rotations ``(n, 3, 3)`` of all vertices and gives displacements.
+    Each target gives displacements for the rotations ``(n, 3, 3)`` of all vertices.
     """
 
     rows: csr_array[np.float64]
@@ -34,7 +34,7 @@ class Penalties:
     def gradient(self, rotations: Floats) -> Floats:
         """``B' W d``, (n, 3)."""
         wanted = np.concatenate([target(rotations) for target in self.targets])
-        pull: Floats = self.rows.T @ (self.squared_weights[:, None] * wanted)
+        pull: Floats = np.asarray(self.rows.T @ (self.squared_weights[:, None] * wanted))
         return pull
 
 
@@ -70,14 +70,16 @@ def _rows_of(
         return pick, lambda rotations: item.displacement
     if isinstance(item, Fixed):
         return pick, lambda rotations: np.zeros((size, 3))
-    differences = _differences(edges, item) @ pick
-    return differences, lambda rotations: (
-        _differences(edges, item) @ item.displacement(rotations[item.vertices[0]])
-    )
+    inside = _differences(edges, item)
+
+    def turned(rotations: Floats) -> Floats:
+        return np.asarray(inside @ item.displacement(rotations[item.vertices[0]]))
+
+    return csr_array(inside @ pick), turned
 
 
 def _differences(edges: Ints, feature: Feature) -> csr_array[np.float64]:
-    """``p_i - p_j`` for the edges inside a feature (eq. 12), and to its first vertex from others."""
+    """``p_i - p_j`` for edges in a feature (eq. 12), and for its first vertex and the others."""
     place = np.full(max(int(edges.max()), int(feature.vertices.max())) + 1, -1)
     place[feature.vertices] = np.arange(len(feature.vertices))
     inside = place[edges]

@@ -7,28 +7,27 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.sparse import csr_array
 
-from henkei.deform.constraints import Feature, Fixed, Handle, Pin
-from henkei.deform.hard import Body, freedom
+from henkei.deform.constraints import Feature, Fixed, Handle, Pin, Region
+from henkei.deform.hard import Body, Held, freedom
+from henkei.deform.overconstraint import HardRows
 from henkei.deform.penalties import penalties
 from henkei.deform.refinement import Refinement
 from henkei.deform.regions import require_held
-from henkei.deform.rotation_field import harmonic_weights, scales, turns
+from henkei.deform.rotation_field import RotationField
 from henkei.deform.settings import Method, Settings
 from henkei.deform.soft import soft_rows
+from henkei.deform.symmetry import Symmetry
 from henkei.deform.system import System
 from henkei.errors import InvalidInput
 from henkei.mesh import Floats, Surface
-from henkei.progress import Progress
+from henkei.progress import Progress, silent
 
-Offset = tuple[str, Feature, Feature]
+Offset = tuple[Feature, Feature]
+Late = Fixed | Handle | Pin
 
 
 class Prepared:
-    """What can be computed before a handle moves.
-
-    Attributes: ``soft`` rows, ``weights`` (n, h) of the handles' rotations, ``system`` of the
-    positions.
-    """
+    """What can be computed before a handle moves."""
 
     def __init__(
         self,
@@ -37,104 +36,180 @@ class Prepared:
         bodies: Sequence[Body],
         pins: Sequence[Pin],
         offsets: Sequence[Offset],
+        symmetry: Symmetry | None,
         progress: Progress,
     ) -> None:
         if not any(isinstance(body, Fixed) and body.weight is None for body in bodies):
             raise InvalidInput("nothing is fixed; hold at least one region with fix(region)")
-        count = len(surface.vertices)
-        self.surface = surface
-        self.rest = surface.vertices
-        self.settings = settings
-        self.bodies, self.pins = list(bodies), list(pins)
-        self.handles = [body for body in bodies if isinstance(body, Handle)]
-        self.hard = [body for body in bodies if body.weight is None]
-        self.groups = _groups(self.hard, offsets)
-        self.anchors = {
-            group: body.centre
-            for group, body in reversed(list(zip(self.groups, self.hard, strict=True)))
-            if isinstance(body, Feature)
+        self.surface, self.settings, self.symmetry = surface, settings, symmetry
+        if symmetry is not None:
+            bodies, pins = symmetry.with_twins(bodies, pins)
+            offsets = [*offsets, *((symmetry.twin_of(a), symmetry.twin_of(b)) for a, b in offsets)]
+        count, used = len(surface.vertices), np.unique(surface.indices)
+        hard = [body for body in bodies if body.weight is None]
+        self.late: list[Late] = []
+        self._eliminated, self._pins = _vertex_pins(count, hard, pins)
+        self._hard = [(b, g) for b, g in zip(hard, _groups(hard, offsets), strict=True)]
+        self._anchors = {
+            group: body.centre for body, group in reversed(self._hard) if isinstance(body, Feature)
         }
-        used = np.unique(surface.indices)
+
         progress("measuring curvature", 0.0)
-        centre = self.rest[used].mean(axis=0)
-        self.soft = soft_rows(surface, self.rest - centre, settings)
+        centre = surface.vertices[used].mean(axis=0)
+        self.soft = soft_rows(surface, surface.vertices - centre, settings)
         holding = [body.vertices for body in bodies if not isinstance(body, Feature)]
         require_held(surface, self.soft.edges, [*holding, *(pin.vertices for pin in pins)])
+        self._penalties = penalties(count, self.soft.edges, bodies, pins)
+
         progress("interpolating rotations", 0.1)
         turning = _without_overlaps(bodies)
-        self.weights = harmonic_weights(
-            self.soft, turning, _groups(turning, offsets), settings.solver
+        self.field = RotationField(
+            self._averaged(self.soft.laplacian),
+            self.soft.edges,
+            turning,
+            _groups(turning, offsets),
+            settings.solver,
         )
+
         progress("factoring the system", 0.3)
-        self.freedom = freedom(count, used, self.hard, self.groups)
-        self.penalties = penalties(count, self.soft.edges, bodies, pins)
-        curvature = self.soft.curvature
-        self.bending = csr_array(curvature.T @ curvature)
-        self.adjoint = csr_array(curvature.T)
-        self.system = self._system(self.bending)
+        groups = [group for _, group in self._hard]
+        held: list[Held] = [*hard, *self._eliminated]
+        self._freedom = freedom(count, used, held, [*groups, *range(len(hard), len(held))])
+        self.adjoint = csr_array(self.soft.curvature.T)
+        self.bending = csr_array(self.adjoint @ self.soft.curvature)
+        self._rows = self._hard_rows(self._pins)
+        self._system = self._factored(self.bending)
         self._refinement: Refinement | None = None
         progress("ready", 1.0)
 
     @property
-    def rotations(self) -> Floats:
-        """Rotation matrices ``(n, 3, 3)`` of all vertices for the present poses."""
-        return turns(self.weights, self.handles)
+    def handles(self) -> list[Handle]:
+        """All handles, twins and late ones included; a column of the rotation field each."""
+        return self.field.handles
 
     @property
     def solver(self) -> tuple[str, float]:
         """Name of the solver of the positions, and its largest backward error so far."""
-        return self.system.factor.backend, self.system.factor.worst_residual
-
-    def _system(self, quadratic: csr_array[np.float64]) -> System:
-        if self.penalties is not None:
-            quadratic = csr_array(quadratic + self.penalties.quadratic)
-        return System(quadratic, self.freedom.matrix, self.freedom.held, self.settings.solver)
+        return self._system.factor.backend, self._system.factor.worst_residual
 
     def prepare_refinement(self, progress: Progress) -> Refinement:
         """Factor the system of the refined method, too."""
         if self._refinement is None:
             progress("factoring the refined system", 0.9)
-            self._refinement = Refinement(self, self._system)
+            self._refinement = Refinement(self, self._factored)
         return self._refinement
+
+    def add(self, items: Sequence[Late]) -> None:
+        """More fixed regions, handles and pins, as rows on top of what is factored."""
+        self.late.extend(items)
+        rows = self._hard_rows([*self._pins, *self.late])
+        if rows is None:
+            return
+        self._rows = rows
+        self.field.add([item for item in items if not isinstance(item, Pin)])
+        self._system = self._system.with_rows(rows.matrix)
+        if self._refinement is not None:
+            self._refinement.system = self._refinement.system.with_rows(rows.matrix)
 
     def solve(self, method: Method) -> Floats:
         """Displacements ``(n, 3)`` for the present poses."""
-        rotations = self.rotations
-        scale = scales(self.weights, self.handles)
-        bent = self.soft.normals
-        bent = scale[:, None] * np.einsum("nij,nj->ni", rotations, bent) - bent
-        displacement = self.displaced(self.system, self.adjoint @ bent, rotations)
+        if self.symmetry is not None:
+            self.symmetry.follow()
+        rotations = self.field.rotations()
+        scale = self.field.scales()
+        bent = np.einsum("nij,nj->ni", rotations, self.soft.normals)
+        bent = scale[:, None] * bent - self.soft.normals
+        displacement = self.displaced(self._system, self.adjoint @ bent, rotations)
         if method == "refined":
-            refinement = self._refinement or self.prepare_refinement(lambda *_: None)
+            refinement = self.prepare_refinement(silent)
             displacement = refinement.improved(displacement, rotations, scale)
         return displacement
 
     def displaced(self, system: System, gradient: Floats, rotations: Floats) -> Floats:
         """Minimise under all constraints, with features turned as their vertices are."""
-        if self.penalties is not None:
-            gradient = gradient + self.penalties.gradient(rotations)
-        return system.solve(gradient, self.prescribed(rotations))
+        if self._penalties is not None:
+            gradient = gradient + self._penalties.gradient(rotations)
+        prescribed = self.prescribed(rotations)
+        targets = None if self._rows is None else self._rows.targets(prescribed)
+        if self.symmetry is None:
+            return system.solve(gradient, prescribed, targets)
+        return self.symmetry.vectors(
+            system.solve(self.symmetry.vectors(gradient), prescribed, targets)
+        )
 
     def prescribed(self, rotations: Floats) -> Floats:
-        """Displacements ``(n, 3)`` that handles and the turns of features prescribe, x0 - p."""
-        prescribed = np.zeros_like(self.rest)
-        for body, group in zip(self.hard, self.groups, strict=True):
+        """Displacements ``(n, 3)`` that handles, pins and the turns of features prescribe."""
+        prescribed = np.zeros_like(self.surface.vertices)
+        for body, group in self._hard:
             if isinstance(body, Handle):
                 prescribed[body.vertices] = body.displacement
             elif isinstance(body, Feature):
                 rotation = rotations[body.vertices[0]]
-                lever = body.centre - self.anchors[group]
-                prescribed[body.vertices] = (
-                    body.displacement(rotation) + rotation @ lever - lever
-                )
+                lever = body.centre - self._anchors[group]
+                prescribed[body.vertices] = body.displacement(rotation) + rotation @ lever - lever
+        for pin in self._eliminated:
+            prescribed[pin.vertices] = pin.displacement
         return prescribed
+
+    def together(self) -> list[Region]:
+        """Vertices that turn as one: those of a feature, or of several that keep their offset."""
+        groups: dict[int, list[Region]] = {}
+        for body, group in self._hard:
+            if isinstance(body, Feature):
+                groups.setdefault(group, []).append(body.vertices)
+        return [np.concatenate(regions) for regions in groups.values()]
+
+    def guided(self) -> list[Region]:
+        """Vertices of hard fixed regions and handles: their turn is given."""
+        late = [item for item in self.late if not isinstance(item, Pin)]
+        bodies = [body for body, _ in self._hard if not isinstance(body, Feature)]
+        return [body.vertices for body in (*bodies, *late)]
+
+    def _hard_rows(self, items: Sequence[Late]) -> HardRows | None:
+        if not items:
+            return None
+        held = [*(body for body, _ in self._hard), *self._eliminated]
+        return HardRows(self._freedom, items, held, self.surface.diagonal)
+
+    def _averaged(self, quadratic: csr_array[np.float64]) -> csr_array[np.float64]:
+        return quadratic if self.symmetry is None else self.symmetry.operator(quadratic)
+
+    def _factored(self, quadratic: csr_array[np.float64]) -> System:
+        if self._penalties is not None:
+            quadratic = csr_array(quadratic + self._penalties.quadratic)
+        return System(
+            self._averaged(quadratic),
+            self._freedom.matrix,
+            self._freedom.held,
+            self.settings.solver,
+            None if self._rows is None else self._rows.matrix,
+        )
+
+
+def _vertex_pins(
+    count: int, hard: Sequence[Body], pins: Sequence[Pin]
+) -> tuple[list[Pin], list[Pin]]:
+    """Hard pins that hold a free vertex, one for each, and all other hard ones."""
+    free = np.ones(count, dtype=bool)
+    for body in hard:
+        free[body.vertices] = False
+    eliminated, others = [], []
+    for pin in pins:
+        if pin.weight is not None:
+            continue
+        if len(pin.vertices) == 1 and free[pin.vertices[0]]:
+            free[pin.vertices[0]] = False
+            eliminated.append(pin)
+        else:
+            others.append(pin)
+    return eliminated, others
 
 
 def _groups(bodies: Sequence[Body], offsets: Sequence[Offset]) -> list[int]:
     """A number for each body; features that keep their offset share it."""
     group = list(range(len(bodies)))
     place = {id(body): index for index, body in enumerate(bodies)}
-    for _, first, second in offsets:
+    for first, second in offsets:
         old, new = group[place[id(second)]], group[place[id(first)]]
         group = [new if number == old else number for number in group]
     return group

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from henkei.deform.constraints import Feature, Fixed, Handle, Pin
+from henkei.deform.constraints import Feature, Handle, Pin
 from henkei.deform.hard import Body
 from henkei.deform.soft import triangles_of
+from henkei.deform.volume import Volume
 from henkei.geometry.rotations import best_rotations
 from henkei.mesh import Floats, Surface
 from henkei.topology import Ints
@@ -84,7 +85,7 @@ def measured(
         flipped=int((np.einsum("ti,ti->t", turned, after) < 0).sum()),
         strain=float(np.quantile(strain, 0.99)),
         area_change=areas[1] / areas[0] - 1,
-        volume_change=_volume_change(surface, triangles, share, rest, positions),
+        volume_change=_volume_change(surface, positions),
         backend=solver[0],
         residual=solver[1],
     )
@@ -114,13 +115,8 @@ def _crosses(points: Floats, triangles: Ints) -> Floats:
     return crosses
 
 
-def _volume_change(
-    surface: Surface, triangles: Ints, share: Floats, rest: Floats, positions: Floats
-) -> float | None:
-    if not (surface.topology.twin >= 0).all():
+def _volume_change(surface: Surface, positions: Floats) -> float | None:
+    if not Volume.is_enclosed(surface):
         return None
-    volumes = []
-    for points in (rest, positions):
-        corner = points[triangles] - points[triangles[0, 0]]
-        volumes.append(float(share @ np.einsum("ti,ti->t", corner[:, 0], np.cross(corner[:, 1], corner[:, 2]))))
-    return volumes[1] / volumes[0] - 1 if volumes[0] else None
+    volume = Volume(surface)
+    return volume.of(positions) / volume.at_rest - 1 if volume.at_rest else None

@@ -1,9 +1,9 @@
 """Beyond the paper: local and global steps from the linear solution, for large moves.
 
-The local step fits a rotation to the neighbourhood of every vertex, one to each feature. The global
-step asks for edges and curvature normals at rest, so turned: a blend of the energies of as-rigid-as-
-possible surfaces and of eq. 6, after D. Oehri, P. Herholz, O. Sorkine-Hornung, "Smooth as-rigid-as-
-possible deformation" (2025), with a length that says where one takes over from the other.
+The local step fits a rotation to the neighbourhood of every vertex, one to each feature. The
+global step asks for edges and curvature normals at rest, so turned: a blend of the energies of
+as-rigid-as-possible surfaces and of eq. 6, after D. Oehri, P. Herholz, O. Sorkine-Hornung, "Smooth
+as-rigid-as-possible deformation" (2025), with a length where one takes over from the other.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.sparse import csr_array
 
-from henkei.deform.constraints import Feature
 from henkei.deform.system import System
+from henkei.deform.volume import Volume
 from henkei.geometry.rotations import best_rotations
 from henkei.mesh import Floats
 
@@ -29,13 +29,14 @@ class Refinement:
     def __init__(
         self, prepared: Prepared, system: Callable[[csr_array[np.float64]], System]
     ) -> None:
-        self.surface = prepared.surface
-        soft, settings = prepared.soft, prepared.settings
+        soft, settings, rest = prepared.soft, prepared.settings, prepared.surface.vertices
+        closed = settings.keep_volume and Volume.is_enclosed(prepared.surface)
+        self._volume = Volume(prepared.surface) if closed else None
         used = soft.edges.ravel()
-        extent = np.ptp(prepared.rest[used], axis=0)
+        extent = np.ptp(rest[used], axis=0)
         length = settings.reach * float(np.linalg.norm(extent))
-        # for a displacement u, u'Lu is the integral of |grad u|^2 and u'A'Au that of |lap u|^2 times
-        # a quarter of the mean area
+        # for a displacement u, u'Lu is the integral of |grad u|^2, and u'A'Au that of |lap u|^2
+        # times a quarter of the mean area
         mean_area = soft.areas[np.unique(used)].mean()
         self._edge_share = (1 - settings.smoothness) * mean_area / (4 * length**2)
         self._bend_share = settings.smoothness
@@ -44,8 +45,8 @@ class Refinement:
         self.system = system(csr_array(blend))
         start, end = soft.edges.T
         self._start, self._end = start, end
-        self._along = prepared.rest[start] - prepared.rest[end]
-        count, edges = len(prepared.rest), len(start)
+        self._along = rest[start] - rest[end]
+        count, edges = len(rest), len(start)
         ones = np.ones(edges)
         self._gather = csr_array(
             (np.tile(ones, 2), (np.concatenate([start, end]), np.tile(np.arange(edges), 2))),
@@ -67,26 +68,15 @@ class Refinement:
             displacement = self._prepared.displaced(
                 self.system, self._gradient(fitted, scale), fitted
             )
-        return self._with_volume(displacement)
+        if self._volume is None or not np.all(scale == 1):
+            return displacement
+        return self._volume.restored(displacement, self._response)
 
-    def _with_volume(self, displacement: Floats) -> Floats:
-        """Blown up, or drawn in, along the smoothest way that brings the volume back."""
-        from henkei.deform.soft import triangles_of
-        tri,share=triangles_of(self.surface)
-        rest=self._prepared.rest
-        def vol(p):
-            c=p[tri]-p[tri[0,0]]
-            return float(share@np.einsum("ti,ti->t",c[:,0],np.cross(c[:,1],c[:,2])))/6
-        v0=vol(rest)
-        for _ in range(2):
-            p=rest+displacement; c=p[tri]
-            g=np.zeros_like(p)
-            n=share[:,None]*np.cross(c[:,1]-c[:,0],c[:,2]-c[:,0])/6
-            for k in range(3): np.add.at(g,tri[:,k],n)
-            D=self.system.solve(g,np.zeros_like(p))
-            t=(v0-vol(p))/float((g*D).sum())
-            displacement=displacement+t*D
-        return displacement
+    def _response(self, force: Floats) -> Floats:
+        """The displacement under a force, ``(n, 3)``, with all that is held in place."""
+        symmetry = self._prepared.symmetry
+        response = self.system.response(force)
+        return response if symmetry is None else symmetry.vectors(response)
 
     def _fitted(self, displacement: Floats, rotations: Floats) -> Floats:
         """The local step: rotations ``(n, 3, 3)``; on fixed regions and handles as they are set."""
@@ -94,17 +84,11 @@ class Refinement:
         products = self._fitting[:, None, None] * turned[:, :, None] * self._along[:, None, :]
         covariances = (self._gather @ products.reshape(-1, 9)).reshape(-1, 3, 3)
         prepared = self._prepared
-        features: dict[int, list[Feature]] = {}
-        for body, group in zip(prepared.hard, prepared.groups, strict=True):
-            if isinstance(body, Feature):
-                features.setdefault(group, []).append(body)
-        for together in features.values():
-            vertices = np.concatenate([feature.vertices for feature in together])
+        for vertices in prepared.together():
             covariances[vertices] = covariances[vertices].sum(axis=0)
         fitted = best_rotations(covariances)
-        for body in prepared.hard:
-            if not isinstance(body, Feature):
-                fitted[body.vertices] = rotations[body.vertices]
+        for vertices in prepared.guided():
+            fitted[vertices] = rotations[vertices]
         return fitted
 
     def _gradient(self, rotations: Floats, scale: Floats) -> Floats:

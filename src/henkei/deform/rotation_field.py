@@ -1,8 +1,8 @@
 """The rotation of every vertex: harmonic interpolation of quaternion logarithms (eq. 11).
 
 The field is linear in the handles' rotation vectors, so one harmonic weight per vertex and handle
-says all. A logarithm is carried as the full rotation vector, twice that of eq. 10; it is never taken
-of a matrix again, and may exceed pi.
+says all. A logarithm is carried as the full rotation vector, twice that of eq. 10; it is never
+taken of a matrix again, and may exceed pi.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from henkei.deform.constraints import Feature, Handle
+from henkei.deform.constraints import Feature, Fixed, Handle, Region
 from henkei.deform.hard import Body, turning_freedom
-from henkei.deform.soft import SoftRows
 from henkei.deform.system import System
 from henkei.geometry.rotations import matrices_from_vectors
 from henkei.mesh import Floats
@@ -23,37 +22,68 @@ from henkei.solve.factor import Backend
 from henkei.topology import Ints
 
 
-def harmonic_weights(
-    soft: SoftRows, bodies: Sequence[Body], groups: Sequence[int], solver: Backend
-) -> Floats:
-    """Weight ``(n, h)`` of each handle's rotation at each vertex: 1 on it, 0 on others and fixed."""
-    count = len(soft.areas)
-    handles = [body for body in bodies if isinstance(body, Handle)]
-    prescribed = np.zeros((count, len(handles)))
-    for column, handle in enumerate(handles):
-        prescribed[handle.vertices, column] = 1
-    held = np.unique(
-        np.concatenate([b.vertices for b in bodies if not isinstance(b, Feature)])
-    ).astype(np.int32)
-    turning = _reached(count, soft.edges, bodies, held)
-    freedom = turning_freedom(count, turning, bodies, groups)
-    if not freedom.shape[1] or not handles:
-        return prescribed
-    system = System(soft.laplacian, freedom, held, solver)
-    return system.solve(np.zeros_like(prescribed), prescribed)
+class RotationField:
+    """Rotations and scales of ``n`` vertices for the present poses of handles.
 
+    handles : in the order of the columns of ``weights``.
+    weights : (n, h) of each handle's rotation vector at each vertex: 1 on the handle itself, 0 on
+        the other handles and on fixed regions, harmonic between them.
+    """
 
-def turns(weights: Floats, handles: Sequence[Handle]) -> Floats:
-    """Rotation matrices ``(n, 3, 3)`` of all vertices for the handles' present rotations."""
-    vectors = np.array([handle.rotation for handle in handles]).reshape(-1, 3)
-    return matrices_from_vectors(weights @ vectors)
+    def __init__(
+        self,
+        laplacian: csr_array[np.float64],
+        edges: Ints,
+        bodies: Sequence[Body],
+        groups: Sequence[int],
+        solver: Backend,
+    ) -> None:
+        self._count = laplacian.shape[0]
+        self.handles = [body for body in bodies if isinstance(body, Handle)]
+        self._late: list[Region] = []
+        held = np.unique(
+            np.concatenate([b.vertices for b in bodies if not isinstance(b, Feature)])
+        ).astype(np.int32)
+        reached = _reached(self._count, edges, bodies, held)
+        freedom = turning_freedom(self._count, reached, bodies, groups)
+        self._free = np.diff(freedom.indptr) > 0
+        self._system = System(laplacian, freedom, held, solver) if freedom.shape[1] else None
+        self.weights = self._interpolated()
 
+    def add(self, bodies: Sequence[Fixed | Handle]) -> None:
+        """More regions whose rotation is given, on top of what is factored."""
+        if not bodies:
+            return
+        self.handles += [body for body in bodies if isinstance(body, Handle)]
+        self._late += [body.vertices for body in bodies]
+        self.weights = self._interpolated()
 
-def scales(weights: Floats, handles: Sequence[Handle]) -> Floats:
-    """Scale ``(n,)`` of all vertices: logarithms are interpolated as rotations are."""
-    logarithms = np.log([handle.scale for handle in handles]).reshape(-1)
-    field: Floats = np.exp(weights @ logarithms)
-    return field
+    def rotations(self) -> Floats:
+        """Rotation matrices ``(n, 3, 3)``."""
+        vectors = np.array([handle.rotation for handle in self.handles]).reshape(-1, 3)
+        return matrices_from_vectors(self.weights @ vectors)
+
+    def scales(self) -> Floats:
+        """Scales ``(n,)``: their logarithms are interpolated as rotations are."""
+        logarithms = np.log([handle.scale for handle in self.handles]).reshape(-1)
+        scales: Floats = np.exp(self.weights @ logarithms)
+        return scales
+
+    def _interpolated(self) -> Floats:
+        given = np.zeros((self._count, len(self.handles)))
+        for column, handle in enumerate(self.handles):
+            given[handle.vertices, column] = 1
+        if self._system is None or not self.handles:
+            return given
+        system, targets = self._system, None
+        late = np.concatenate([np.empty(0, np.int64), *self._late])
+        late = late[self._free[late]]
+        if len(late):
+            place = np.ones(len(late)), (np.arange(len(late)), late)
+            system = system.with_rows(csr_array(place, shape=(len(late), self._count)))
+            targets = given[late]
+            given[late] = 0
+        return system.solve(np.zeros_like(given), given, targets)
 
 
 def _reached(count: int, edges: Ints, bodies: Sequence[Body], held: Ints) -> Ints:

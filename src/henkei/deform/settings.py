@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from henkei.errors import InvalidInput
+from henkei.solve.factor import Backend
 
 Method = Literal["linear", "refined"]
 
@@ -24,6 +25,8 @@ class Settings:
         keep their length, in (0, 1).
     reach : length, as a fraction of the diagonal, above which the refined method keeps edges rather
         than curvature.
+    keep_volume : in the refined method, whether a closed surface keeps the volume it encloses, as
+        long as no handle is scaled.
     solver : a name :func:`henkei.solve.factor_spd` knows, or ``"auto"``.
 
     Raises
@@ -37,7 +40,8 @@ class Settings:
     steps: int = 3
     smoothness: float = 0.8
     reach: float = 0.02
-    solver: Literal["auto", "supernodal", "qdldl", "cholespy", "splu"] = "auto"
+    keep_volume: bool = True
+    solver: Backend = "auto"
 
     def __post_init__(self) -> None:
         for name, low, high in (

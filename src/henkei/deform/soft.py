@@ -109,10 +109,8 @@ def voronoi_areas(points: Floats, triangles: Ints, share: Floats) -> Floats:
     obtuse = cosine < 0
     bent = obtuse.any(axis=1)
     parts[bent] = np.where(obtuse[bent], 0.25, 0.125) * twice_area[bent, None]
-    areas: Floats = np.bincount(
-        triangles.ravel(), (share[:, None] * parts).ravel(), minlength=len(points)
-    )
-    return areas
+    shared = (share[:, None] * parts).ravel()
+    return np.asarray(np.bincount(triangles.ravel(), shared, minlength=len(points)), np.float64)
 
 
 def _laplacian(

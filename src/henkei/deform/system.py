@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array
 
 from henkei.mesh import Floats
+from henkei.solve.constrained import Constrained
 from henkei.solve.factor import Backend, Factor, factor_spd
 from henkei.topology import Ints
 
@@ -28,7 +29,9 @@ class System:
         self._transposed = csr_array(freedom.T)
         self._held = held
         self._coupling = csr_array(self._transposed @ csc_array(quadratic)[:, held])
-        self.factor: Factor = factor_spd(csc_array(self._transposed @ quadratic @ freedom), backend=solver)
+        self.factor: Factor = factor_spd(
+            csc_array(self._transposed @ quadratic @ freedom), backend=solver
+        )
         self._rows = rows
         self._constrained = None if rows is None else Constrained(self.factor, rows @ freedom)
 
@@ -37,9 +40,17 @@ class System:
         other = object.__new__(System)
         other.__dict__ = self.__dict__ | {
             "_rows": rows,
-            "_constrained": None if rows is None else Constrained(self.factor, rows @ self._freedom),
+            "_constrained": None
+            if rows is None
+            else Constrained(self.factor, rows @ self._freedom),
         }
         return other
+
+    def response(self, force: Floats) -> Floats:
+        """The displacements ``(n, k)`` that a force ``(n, k)`` adds where nothing else changes."""
+        still = np.zeros_like(force)
+        targets = None if self._rows is None else np.zeros((self._rows.shape[0], force.shape[1]))
+        return self.solve(force, still, targets)
 
     def solve(self, gradient: Floats, prescribed: Floats, targets: Floats | None = None) -> Floats:
         """The displacements ``(n, k)``.
@@ -48,11 +59,11 @@ class System:
         prescribed : (n, k), u0; only its held rows are not zero.
         targets : (r, k), d.
         """
-        right = self._transposed @ gradient - self._coupling @ prescribed[self._held]
-        if self._constrained is None:
+        right = np.asarray(self._transposed @ gradient - self._coupling @ prescribed[self._held])
+        if self._constrained is None or self._rows is None or targets is None:
             unknowns = self.factor.solve(right)
         else:
             unknowns = self._constrained.solve(right, targets - self._rows @ prescribed)
-        displacements: Floats = self._freedom @ unknowns
+        displacements: Floats = np.asarray(self._freedom @ unknowns)
         displacements[self._held] += prescribed[self._held]
         return displacements
