@@ -18,6 +18,7 @@ from henkei.mesh import Floats
 
 Region = NDArray[np.int64]
 Keep = Literal["rigid", "circle", "plane", "line"]
+QUARTER = np.pi / 2  # a turn up to this leaves no doubt which way it goes
 FLAT = 1e-3  # part of its size by which a region may leave the plane or line it shall keep
 
 
@@ -70,26 +71,33 @@ class Handle:
         ------
         InvalidInput : not three finite numbers, or a scale that is not positive.
         """
-        translation = _vector(translation, f"translation of {self.name!r}")
-        rotation = _vector(rotation, f"rotation of {self.name!r}")
+        translation = checked_vector(translation, f"translation of {self.name!r}")
+        rotation = checked_vector(rotation, f"rotation of {self.name!r}")
         self.scale = _positive(scale, f"scale of {self.name!r}")
         self.translation, self.rotation = translation, rotation
 
     def turn(self, rotation: ArrayLike) -> None:
         """Turn the handle by a further rotation vector ``(3,)``, as a sequence of mouse moves does.
 
-        Turns add up: the rotation vector that results is, of all that mean the same rotation, the
-        one nearest to the present one, so that it may pass 180 and 360 degrees.
+        Turns add up continuously: the rotation vector may pass 180 and 360 degrees.
         """
-        step = _vector(rotation, f"rotation of {self.name!r}")
-        turned = _matrix(step) @ _matrix(self.rotation)
-        vectors = np.stack([self.rotation, vectors_from_matrices(turned[None])[0]])
-        self.rotation = unwrapped(vectors, np.array([[0, 1]]))[1]
+        step = checked_vector(rotation, f"rotation of {self.name!r}")
+        self.rotation = continued(self.rotation, step)
+
+    @property
+    def shape(self) -> Floats:
+        """What the sliders make of offsets from the centre, ``(3, 3)``."""
+        return self.scale * np.eye(3)
+
+    @property
+    def shift(self) -> Floats:
+        """``(3,)`` that is prescribed to the centre."""
+        return self.translation
 
     @property
     def displacement(self) -> Floats:
         """From rest to the present pose, ``(k, 3)``."""
-        turn = self.scale * _matrix(self.rotation) - np.eye(3)
+        turn = _matrix(self.rotation) @ self.shape - np.eye(3)
         return self.translation + (self.rest - self.centre) @ turn.T
 
 
@@ -168,13 +176,22 @@ class Feature:
             return np.column_stack([ones, self.offsets @ across.T])
         return ones[:, None]
 
+    @property
+    def shape(self) -> Floats:
+        """What the sliders make of offsets from the centre, ``(3, 3)``."""
+        if self._radius is None or self.rest_radius is None:
+            return self._scale * np.eye(3)
+        along = np.outer(self.axis, self.axis)
+        return self._scale * (along + self._radius / self.rest_radius * (np.eye(3) - along))
+
+    @property
+    def shift(self) -> Floats:
+        """``(3,)`` that is prescribed to the centre: nothing."""
+        return np.zeros(3)
+
     def displacement(self, rotation: Floats) -> Floats:
         """``(k, 3)`` of the feature with sliders, turned by ``rotation`` (3, 3) at its centre."""
-        shape = self._scale * np.eye(3)
-        if self._radius is not None and self.rest_radius is not None:
-            along = np.outer(self.axis, self.axis)
-            shape = self._scale * (along + self._radius / self.rest_radius * (np.eye(3) - along))
-        turned: Floats = self.offsets @ (rotation @ shape - np.eye(3)).T
+        turned: Floats = self.offsets @ (rotation @ self.shape - np.eye(3)).T
         return turned
 
 
@@ -195,7 +212,7 @@ class Pin:
 
     def move(self, target: ArrayLike) -> None:
         """Put the pin at a place ``(3,)``, in the coordinates of the mesh."""
-        self.target = _vector(target, f"target of {self.name!r}")
+        self.target = checked_vector(target, f"target of {self.name!r}")
 
     @property
     def displacement(self) -> Floats:
@@ -260,7 +277,17 @@ def _matrix(vector: Floats) -> Floats:
     return matrix
 
 
-def _vector(values: ArrayLike, what: str) -> Floats:
+def continued(rotation: Floats, step: Floats) -> Floats:
+    """The rotation vector after a further turn; of those that mean the same the continuous one."""
+    parts = int(np.ceil(np.linalg.norm(step) / QUARTER)) or 1
+    small = _matrix(step / parts)
+    for _ in range(parts):
+        turned = vectors_from_matrices((small @ _matrix(rotation))[None])[0]
+        rotation = unwrapped(np.stack([rotation, turned]), np.array([[0, 1]]))[1]
+    return rotation
+
+
+def checked_vector(values: ArrayLike, what: str) -> Floats:
     try:
         vector = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):

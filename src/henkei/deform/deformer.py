@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from henkei.deform.constraints import Feature, Fixed, Handle, Keep, Pin
+from henkei.deform.drag import Drag
 from henkei.deform.prepared import Prepared
 from henkei.deform.quality import DeformQuality, measured
 from henkei.deform.regions import checked_name, checked_point, checked_region, require_apart
@@ -256,16 +257,33 @@ class Deformer:
         """
         if method not in ("linear", "refined"):
             raise InvalidInput(f"method must be 'linear' or 'refined', not {method!r}")
-        if self._prepared is None:
-            self.prepare(method=method)
-        assert self._prepared is not None
-        if self._late:
-            self._prepared.add(self._late)
-            self._late = []
-        displacement = self._prepared.solve(method)
+        displacement = self._ready().solve(method)
         self._solution = self.mesh.vertices + displacement
         self._quality, self._method = None, method
         return self._solution.copy()
+
+    def drag(
+        self, handle: Handle, *, axis: ArrayLike = (0.0, 0.0, 1.0), limit: float = np.pi
+    ) -> Drag:
+        """Prepare to drag a handle from its present pose: then a frame costs no solve.
+
+        ``drag.positions(translation, angle)`` gives the linear solution for the handle translated
+        further, exactly, and turned further about ``axis``, to about 1e-8 of the diagonal. Handles,
+        pins and rigid features are exact. At the end, move the handle and :meth:`solve`.
+
+        Parameters
+        ----------
+        handle : of this deformer.
+        axis : (3,) direction of further turns.
+        limit : radians; the largest turn to either side, up to pi.
+
+        Raises
+        ------
+        InvalidInput : the handle is not of this deformer, no axis, a limit out of range.
+        """
+        if handle not in self.handles:
+            raise InvalidInput("a handle is dragged that is not of this deformer")
+        return Drag(self._ready(), handle, axis, limit)
 
     @property
     def result(self) -> Surface:
@@ -288,6 +306,16 @@ class Deformer:
                 self._method,
             )
         return self._quality
+
+    def _ready(self) -> Prepared:
+        """The systems, factored if need be, with what came since on top."""
+        if self._prepared is None:
+            self.prepare()
+        assert self._prepared is not None
+        late, self._late = self._late, []
+        if late:
+            self._prepared.add(late)
+        return self._prepared
 
     def _solved(self) -> Floats:
         if self._solution is None:

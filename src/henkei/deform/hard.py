@@ -9,7 +9,6 @@ symmetric and positive definite.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -21,22 +20,10 @@ Body = Fixed | Handle | Feature
 Held = Body | Pin
 
 
-@dataclass(frozen=True, eq=False)
-class Freedom:
-    """How the coordinates of ``n`` vertices follow from ``m`` unknowns.
-
-    matrix : (n, m), T.
-    held : (k,) vertices that a fixed region, handle or feature holds; only there ``x0`` is not 0.
-    first : of each feature, its first unknown, the one that translates it.
-    """
-
-    matrix: csr_array[np.float64]
-    held: Ints
-    first: list[int]
-
-
-def freedom(count: int, used: Ints, bodies: Sequence[Held], groups: Sequence[int]) -> Freedom:
-    """The freedom that hard ``bodies`` leave to the positions of ``count`` vertices.
+def freedom(
+    count: int, used: Ints, bodies: Sequence[Held], groups: Sequence[int]
+) -> csr_array[np.float64]:
+    """T ``(n, m)``: how positions of ``n`` vertices follow from what hard ``bodies`` leave free.
 
     used : vertices that the surface uses; the others stay where they are.
     groups : for each body a number; features with the same one share their translation.
@@ -47,7 +34,6 @@ def freedom(count: int, used: Ints, bodies: Sequence[Held], groups: Sequence[int
         free[body.vertices] = False
     rows, columns, values = [np.flatnonzero(free)], [np.arange(free.sum())], [np.ones(free.sum())]
     unknowns = int(free.sum())
-    first: list[int] = []
     translation: dict[int, int] = {}
     for body, group in zip(bodies, groups, strict=True):
         if not isinstance(body, Feature):
@@ -58,14 +44,11 @@ def freedom(count: int, used: Ints, bodies: Sequence[Held], groups: Sequence[int
         unknowns += len(own)
         column = own if shared is None else np.concatenate([[shared], own])
         translation.setdefault(group, int(column[0]))
-        first.append(int(column[0]))
         rows.append(np.repeat(body.vertices, basis.shape[1]))
         columns.append(np.tile(column, len(body.vertices)))
         values.append(basis.ravel())
     triplets = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    matrix = csr_array(triplets, shape=(count, unknowns))
-    held = np.unique(np.concatenate([body.vertices for body in bodies])) if bodies else np.empty(0)
-    return Freedom(matrix, held.astype(np.int32), first)
+    return csr_array(triplets, shape=(count, unknowns))
 
 
 def turning_freedom(

@@ -12,10 +12,11 @@ import numpy as np
 from scipy.sparse import csr_array, vstack
 
 from henkei.deform.constraints import Fixed, Handle, Pin
-from henkei.deform.hard import Freedom, Held
+from henkei.deform.hard import Held
 from henkei.errors import Infeasible
 from henkei.mesh import Floats
 from henkei.solve.rank import dependence
+from henkei.topology import Ints
 
 MET = 1e-9  # a dependent row is met if it misses by at most this part of the diagonal
 
@@ -28,7 +29,7 @@ class HardRows:
 
     def __init__(
         self,
-        freedom: Freedom,
+        freedom: csr_array[np.float64],
         items: Sequence[Fixed | Handle | Pin],
         bodies: Sequence[Held],
         diagonal: float,
@@ -36,14 +37,14 @@ class HardRows:
         self.items = list(items)
         self._bodies = list(bodies)
         self._diagonal = diagonal
-        parts = [_rows_of(item, freedom.matrix.shape[0]) for item in items]
+        parts = [_rows_of(item, freedom.shape[0]) for item in items]
         self._names = np.repeat([item.name for item in items], [part.shape[0] for part in parts])
         self._all = csr_array(vstack(parts))
-        self._dependence = dependence(self._all @ freedom.matrix)
+        self._dependence = dependence(self._all @ freedom)
         self.matrix = self._all[self._dependence.independent]
 
-    def targets(self, prescribed: Floats) -> Floats:
-        """What the independent rows shall give, ``(k, 3)``.
+    def targets(self, held: Ints, prescribed: Floats) -> Floats:
+        """What the independent rows shall give, ``(k, 3)``, if ``held`` vertices are displaced so.
 
         Raises
         ------
@@ -51,7 +52,7 @@ class HardRows:
         """
         wanted = np.concatenate([np.atleast_2d(_wanted(item)) for item in self.items])
         if len(self._dependence.dependent):
-            self._require_met(wanted - self._all @ prescribed)
+            self._require_met(wanted - self._all.tocsc()[:, held] @ prescribed)
         return wanted[self._dependence.independent]
 
     def _require_met(self, left: Floats) -> None:

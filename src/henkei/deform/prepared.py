@@ -9,6 +9,7 @@ from scipy.sparse import csr_array
 
 from henkei.deform.constraints import Feature, Fixed, Handle, Pin, Region
 from henkei.deform.hard import Body, Held, freedom
+from henkei.deform.movement import Movement
 from henkei.deform.overconstraint import HardRows
 from henkei.deform.penalties import penalties
 from henkei.deform.refinement import Refinement
@@ -50,9 +51,10 @@ class Prepared:
         self.late: list[Late] = []
         self._eliminated, self._pins = _vertex_pins(count, hard, pins)
         self._hard = [(b, g) for b, g in zip(hard, _groups(hard, offsets), strict=True)]
-        self._anchors = {
-            group: body.centre for body, group in reversed(self._hard) if isinstance(body, Feature)
-        }
+        self.movement = Movement(
+            [(body, group) for body, group in self._hard if not isinstance(body, Fixed)],
+            self._eliminated,
+        )
 
         progress("measuring curvature", 0.0)
         centre = surface.vertices[used].mean(axis=0)
@@ -129,27 +131,24 @@ class Prepared:
         """Minimise under all constraints, with features turned as their vertices are."""
         if self._penalties is not None:
             gradient = gradient + self._penalties.gradient(rotations)
-        prescribed = self.prescribed(rotations)
-        targets = None if self._rows is None else self._rows.targets(prescribed)
+        prescribed = self.movement(rotations[self.movement.first])
+        held = self.movement.vertices
+        targets = None if self._rows is None else self._rows.targets(held, prescribed)
         if self.symmetry is None:
             return system.solve(gradient, prescribed, targets)
         return self.symmetry.vectors(
             system.solve(self.symmetry.vectors(gradient), prescribed, targets)
         )
 
-    def prescribed(self, rotations: Floats) -> Floats:
-        """Displacements ``(n, 3)`` that handles, pins and the turns of features prescribe."""
-        prescribed = np.zeros_like(self.surface.vertices)
-        for body, group in self._hard:
-            if isinstance(body, Handle):
-                prescribed[body.vertices] = body.displacement
-            elif isinstance(body, Feature):
-                rotation = rotations[body.vertices[0]]
-                lever = body.centre - self._anchors[group]
-                prescribed[body.vertices] = body.displacement(rotation) + rotation @ lever - lever
-        for pin in self._eliminated:
-            prescribed[pin.vertices] = pin.displacement
-        return prescribed
+    def ways(self, handle: Handle) -> Floats:
+        """The unit vectors ``(3, 3)``, less what symmetry forbids the handle."""
+        return np.eye(3) if self.symmetry is None else self.symmetry.ways(handle)
+
+    def settle(self, displacements: Floats) -> None:
+        """Set handles, pins and rigid features of ``displacements`` (n, 3) exactly."""
+        if self.symmetry is not None:
+            self.symmetry.follow()
+        self.movement.settled(displacements, self.field.rotations(self.movement.first))
 
     def together(self) -> list[Region]:
         """Vertices that turn as one: those of a feature, or of several that keep their offset."""
@@ -179,8 +178,8 @@ class Prepared:
             quadratic = csr_array(quadratic + self._penalties.quadratic)
         return System(
             self._averaged(quadratic),
-            self._freedom.matrix,
-            self._freedom.held,
+            self._freedom,
+            self.movement.vertices,
             self.settings.solver,
             None if self._rows is None else self._rows.matrix,
         )

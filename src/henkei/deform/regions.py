@@ -45,7 +45,7 @@ def checked_point(point: Any, surface: Surface, name: str) -> tuple[Region, Floa
     On an edge the point is ``t p_i + (1 - t) p_j``; in a face the sum of its corners by the
     weights (eq. 3).
     """
-    if np.ndim(point) == 0 and isinstance(point, int | np.integer) and not isinstance(point, bool):
+    if isinstance(point, int | np.integer) and not isinstance(point, bool):
         return checked_region([int(point)], len(surface.vertices), name), np.ones(1)
     try:
         where, weights = point

@@ -21,6 +21,8 @@ from henkei.mesh import Floats
 from henkei.solve.factor import Backend
 from henkei.topology import Ints
 
+EVERYWHERE = slice(None)
+
 
 class RotationField:
     """Rotations and scales of ``n`` vertices for the present poses of handles.
@@ -58,10 +60,10 @@ class RotationField:
         self._late += [body.vertices for body in bodies]
         self.weights = self._interpolated()
 
-    def rotations(self) -> Floats:
-        """Rotation matrices ``(n, 3, 3)``."""
+    def rotations(self, vertices: Ints | slice = EVERYWHERE) -> Floats:
+        """Rotation matrices ``(n, 3, 3)`` of all vertices, or of some."""
         vectors = np.array([handle.rotation for handle in self.handles]).reshape(-1, 3)
-        return matrices_from_vectors(self.weights @ vectors)
+        return matrices_from_vectors(self.weights[vertices] @ vectors)
 
     def scales(self) -> Floats:
         """Scales ``(n,)``: their logarithms are interpolated as rotations are."""
@@ -83,7 +85,7 @@ class RotationField:
             system = system.with_rows(csr_array(place, shape=(len(late), self._count)))
             targets = given[late]
             given[late] = 0
-        return system.solve(np.zeros_like(given), given, targets)
+        return system.solve(np.zeros_like(given), given[system.held], targets)
 
 
 def _reached(count: int, edges: Ints, bodies: Sequence[Body], held: Ints) -> Ints:

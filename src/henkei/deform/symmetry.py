@@ -83,6 +83,11 @@ class Symmetry:
         found = [twin for source, twin in self._twins if source is body]
         return found[0] if found and isinstance(found[0], Feature) else body
 
+    def ways(self, handle: Handle) -> Floats:
+        """The unit vectors ``(3, 3)``, within the plane if the handle is its own mirror image."""
+        across = np.outer(self.normal, self.normal)
+        return np.eye(3) - across if handle in self._own else np.eye(3)
+
     def follow(self) -> None:
         """Bring twins to the present poses.
 

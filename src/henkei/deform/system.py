@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from scipy.sparse import csc_array, csr_array
 
@@ -27,28 +29,26 @@ class System:
     ) -> None:
         self._freedom = freedom
         self._transposed = csr_array(freedom.T)
-        self._held = held
+        self.held = held
         self._coupling = csr_array(self._transposed @ csc_array(quadratic)[:, held])
         self.factor: Factor = factor_spd(
             csc_array(self._transposed @ quadratic @ freedom), backend=solver
         )
-        self._rows = rows
-        self._constrained = None if rows is None else Constrained(self.factor, rows @ freedom)
+        self._set(rows)
 
-    def with_rows(self, rows: csr_array[np.float64] | None) -> System:
+    def _set(self, rows: csr_array[np.float64] | None) -> None:
+        self._rows = rows
+        self._constrained = None if rows is None else Constrained(self.factor, rows @ self._freedom)
+
+    def with_rows(self, rows: csr_array[np.float64]) -> System:
         """The same factored system under other constraints ``C u = d``."""
-        other = object.__new__(System)
-        other.__dict__ = self.__dict__ | {
-            "_rows": rows,
-            "_constrained": None
-            if rows is None
-            else Constrained(self.factor, rows @ self._freedom),
-        }
+        other = copy(self)
+        other._set(rows)
         return other
 
     def response(self, force: Floats) -> Floats:
         """The displacements ``(n, k)`` that a force ``(n, k)`` adds where nothing else changes."""
-        still = np.zeros_like(force)
+        still = np.zeros((len(self.held), force.shape[1]))
         targets = None if self._rows is None else np.zeros((self._rows.shape[0], force.shape[1]))
         return self.solve(force, still, targets)
 
@@ -56,14 +56,15 @@ class System:
         """The displacements ``(n, k)``.
 
         gradient : (n, k), g.
-        prescribed : (n, k), u0; only its held rows are not zero.
+        prescribed : (h, k), u0 at the held vertices; elsewhere it is zero.
         targets : (r, k), d.
         """
-        right = np.asarray(self._transposed @ gradient - self._coupling @ prescribed[self._held])
+        right = np.asarray(self._transposed @ gradient - self._coupling @ prescribed)
         if self._constrained is None or self._rows is None or targets is None:
             unknowns = self.factor.solve(right)
         else:
-            unknowns = self._constrained.solve(right, targets - self._rows @ prescribed)
+            held = self._rows.tocsc()[:, self.held]
+            unknowns = self._constrained.solve(right, targets - held @ prescribed)
         displacements: Floats = np.asarray(self._freedom @ unknowns)
-        displacements[self._held] += prescribed[self._held]
+        displacements[self.held] += prescribed
         return displacements

@@ -1,0 +1,118 @@
+"""Frames without a solve: how the surface answers one handle, computed before the mouse moves.
+
+The linear solution is affine in a handle's translation, so its response to a unit step along each
+axis says all. It is smooth in the angle of a turn about a given axis, so a polynomial through
+solutions at Chebyshev nodes says that, to about 1e-8 of the diagonal over half a turn. What is
+held, and rigid features, are then set exactly.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from henkei.deform.constraints import Handle, checked_vector, continued
+from henkei.errors import InvalidInput
+from henkei.mesh import Floats
+
+if TYPE_CHECKING:
+    from henkei.deform.prepared import Prepared
+
+NODES = 9  # solutions from no turn to the limit, to each side
+
+
+class Drag:
+    """Positions for translations of a handle and turns about one axis, from its present pose.
+
+    Made by :meth:`henkei.Deformer.drag`. Everything else stays as it was then.
+    """
+
+    def __init__(self, prepared: Prepared, handle: Handle, axis: ArrayLike, limit: float) -> None:
+        direction = checked_vector(axis, "axis of a drag")
+        length = float(np.linalg.norm(direction))
+        if not length:
+            raise InvalidInput("the axis of a drag is zero; give a direction")
+        if not 0 < limit <= np.pi:
+            raise InvalidInput(f"the limit must be an angle in radians up to pi, not {limit!r}")
+        self._prepared, self._handle = prepared, handle
+        self._axis, self._limit = direction / length, float(limit)
+        self._translation, self._rotation = handle.translation.copy(), handle.rotation.copy()
+        self._rest = prepared.surface.vertices
+        self._start = self._solved(np.zeros(3), 0.0)
+        step = prepared.surface.diagonal
+        self._responses = [
+            (self._solved(step * way, 0.0) - self._start) / step for way in prepared.ways(handle)
+        ]
+        self._nodes = self._limit * (1 - np.cos(np.pi * np.arange(NODES) / (NODES - 1))) / 2
+        self._turned: dict[int, list[Floats]] = {}
+
+    def positions(self, translation: ArrayLike = (0.0, 0.0, 0.0), angle: float = 0.0) -> Floats:
+        """Positions ``(n, 3)``.
+
+        Parameters
+        ----------
+        translation : (3,) added to the handle's at the start of the drag.
+        angle : radians about the axis, added to the handle's turn at the start; up to the limit.
+
+        Raises
+        ------
+        InvalidInput : not finite, or an angle beyond the limit.
+        """
+        move = checked_vector(translation, "translation of a drag")
+        if not abs(angle) <= self._limit * (1 + 1e-12):
+            raise InvalidInput(
+                f"the drag was prepared for angles up to {self._limit:.6g}, not {angle!r}"
+            )
+        displaced = self._start.copy()
+        if angle:
+            side = 1 if angle > 0 else -1
+            for weight, node in zip(
+                barycentric(self._nodes, abs(angle)), self._at(side), strict=True
+            ):
+                displaced += weight * node
+        for size, response in zip(move, self._responses, strict=True):
+            if size:
+                displaced += size * response
+        self._set_exactly(displaced, move, float(angle))
+        return self._rest + displaced
+
+    def _at(self, side: int) -> list[Floats]:
+        """What the nodes of one side add to the start."""
+        if side not in self._turned:
+            self._turned[side] = [
+                self._solved(np.zeros(3), side * node) - self._start for node in self._nodes
+            ]
+        return self._turned[side]
+
+    def _solved(self, translation: Floats, angle: float) -> Floats:
+        before = self._handle.translation, self._handle.rotation
+        self._pose(translation, angle)
+        try:
+            return self._prepared.solve("linear")
+        finally:
+            self._handle.translation, self._handle.rotation = before
+
+    def _pose(self, translation: Floats, angle: float) -> None:
+        self._handle.translation = self._translation + translation
+        self._handle.rotation = continued(self._rotation, angle * self._axis)
+
+    def _set_exactly(self, displaced: Floats, translation: Floats, angle: float) -> None:
+        before = self._handle.translation, self._handle.rotation
+        self._pose(translation, angle)
+        try:
+            self._prepared.settle(displaced)
+        finally:
+            self._handle.translation, self._handle.rotation = before
+
+
+def barycentric(nodes: Floats, at: float) -> Floats:
+    """Weights ``(k,)`` of values at Chebyshev nodes of the second kind for the value ``at``."""
+    gap = at - nodes
+    if not gap.all():
+        return np.asarray(gap == 0, dtype=np.float64)
+    weights = np.where(np.arange(len(nodes)) % 2, -1.0, 1.0) / gap
+    weights[[0, -1]] /= 2
+    normalised: Floats = weights / weights.sum()
+    return normalised
