@@ -33,7 +33,11 @@ def test_a_good_disk():
     assert d.self_intersections.shape == (0, 2)
     assert d.worst_quality.tolist() == pytest.approx([np.sqrt(3) / 2] * 2)
     assert usable(d) == {"combine", "register", "quad", "deform", "design"}
-    assert [name for name, use in d.methods.items() if use.available] == ["combine", "register"]
+    assert [name for name, use in d.methods.items() if use.available] == [
+        "combine",
+        "register",
+        "deform",
+    ]
     assert all(use.reason == use.remedy == "" for use in d.methods.values())
 
 

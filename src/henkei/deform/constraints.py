@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from henkei.errors import InvalidInput
+from henkei.geometry.circles import fitted_circle
 from henkei.geometry.rotations import (
     matrices_from_vectors,
     unwrapped,
@@ -244,8 +245,6 @@ def _straight(feature: Feature) -> None:
 
 
 def _round(feature: Feature) -> None:
-    from henkei.geometry.form_features import fitted_circle
-
     circle = fitted_circle(feature.rest)
     feature.centre, feature.axis, feature.rest_radius = circle.centre, circle.axis, circle.radius
 

@@ -38,7 +38,7 @@ class Settings:
     smallest_area: float = 1e-3
     area_weighted: bool = True
     steps: int = 3
-    smoothness: float = 0.8
+    smoothness: float = 0.5
     reach: float = 0.02
     keep_volume: bool = True
     solver: Backend = "auto"

@@ -175,7 +175,7 @@ _METHODS: dict[str, tuple[_Groups, _Groups | None, bool]] = {
     "combine": (requirements.DISK, requirements.DISK_WITH_HOLES, True),
     "register": (requirements.SPHERE_WITH_HOLES, None, True),
     "quad": ([*_SHEET, *requirements.ORIENTED], None, False),
-    "deform": ([*_SHEET, *requirements.MANIFOLD], None, False),
+    "deform": (requirements.MEASURABLE_FACES, None, True),
     "design": ([*_SHEET, *requirements.ORIENTED], None, False),
 }
 
