@@ -10,11 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from henkei.errors import InvalidInput
 from henkei.geometry.circles import fitted_circle
-from henkei.geometry.rotations import (
-    matrices_from_vectors,
-    unwrapped,
-    vectors_from_matrices,
-)
+from henkei.geometry.rotations import TURN, matrices_from_vectors, vectors_from_matrices
 from henkei.mesh import Floats
 
 Region = NDArray[np.int64]
@@ -282,7 +278,9 @@ def continued(rotation: Floats, step: Floats) -> Floats:
     small = _matrix(step / parts)
     for _ in range(parts):
         turned = vectors_from_matrices((small @ _matrix(rotation))[None])[0]
-        rotation = unwrapped(np.stack([rotation, turned]), np.array([[0, 1]]))[1]
+        angle = np.linalg.norm(turned)
+        axis = turned / angle if angle > 1e-12 else rotation / (np.linalg.norm(rotation) or 1.0)
+        rotation = turned + TURN * np.rint((axis @ rotation - angle) / TURN) * axis
     return rotation
 
 
