@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from henkei.errors import InvalidInput
 from henkei.geometry.circles import fitted_circle
-from henkei.geometry.rotations import TURN, matrices_from_vectors, vectors_from_matrices
+from henkei.geometry.rotations import TURN, matrices_from_vectors
 from henkei.mesh import Floats
 
 Region = NDArray[np.int64]
@@ -216,6 +217,21 @@ class Pin:
         """From rest to the target, ``(3,)``."""
         return self.target - self.rest
 
+    @property
+    def centre(self) -> Floats:
+        """The point at rest, ``(3,)``."""
+        return self.rest
+
+    @property
+    def shape(self) -> Floats:
+        """A point has no shape to keep: the unit matrix."""
+        return np.eye(3)
+
+    @property
+    def shift(self) -> Floats:
+        """``(3,)`` that is prescribed to the point."""
+        return self.displacement
+
 
 def _flat(feature: Feature) -> None:
     size, normal, height = _thinnest(feature, directions=2)
@@ -275,13 +291,33 @@ def _matrix(vector: Floats) -> Floats:
 def continued(rotation: Floats, step: Floats) -> Floats:
     """The rotation vector after a further turn; of those that mean the same the continuous one."""
     parts = int(np.ceil(np.linalg.norm(step) / QUARTER)) or 1
-    small = _matrix(step / parts)
     for _ in range(parts):
-        turned = vectors_from_matrices((small @ _matrix(rotation))[None])[0]
-        angle = np.linalg.norm(turned)
-        axis = turned / angle if angle > 1e-12 else rotation / (np.linalg.norm(rotation) or 1.0)
-        rotation = turned + TURN * np.rint((axis @ rotation - angle) / TURN) * axis
+        w, *axis = _product(_quaternion(step / parts), _quaternion(rotation))
+        turned = np.array(axis)
+        sine = float(np.linalg.norm(turned))
+        along = float(np.linalg.norm(rotation))
+        unit = turned / sine if sine > 1e-12 else rotation / (along or 1.0)
+        angle = 2 * np.arctan2(sine, w)
+        rotation = (angle + TURN * np.rint((unit @ rotation - angle) / TURN)) * unit
     return rotation
+
+
+def _quaternion(vector: Floats) -> tuple[float, float, float, float]:
+    x, y, z = vector.tolist()
+    angle = np.sqrt(x * x + y * y + z * z)
+    factor = np.sin(angle / 2) / angle if angle else 0.5
+    return np.cos(angle / 2), factor * x, factor * y, factor * z
+
+
+def _product(p: Sequence[float], q: Sequence[float]) -> tuple[float, float, float, float]:
+    a, b, c, d = p
+    w, x, y, z = q
+    return (
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    )
 
 
 def checked_vector(values: ArrayLike, what: str) -> Floats:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from henkei._kernels import blended
 from henkei.deform.constraints import Handle, checked_vector, continued
 from henkei.errors import InvalidInput
 from henkei.mesh import Floats
@@ -39,14 +40,12 @@ class Drag:
         self._prepared, self._handle = prepared, handle
         self._axis, self._limit = direction / length, float(limit)
         self._translation, self._rotation = handle.translation.copy(), handle.rotation.copy()
-        self._rest = prepared.surface.vertices
         self._start = self._solved(np.zeros(3), 0.0)
         step = prepared.surface.diagonal
-        self._responses = [
-            (self._solved(step * way, 0.0) - self._start) / step for way in prepared.ways(handle)
-        ]
+        steps = [self._solved(step * way, 0.0) - self._start for way in prepared.ways(handle)]
+        self._responses = np.stack(steps).reshape(3, -1) / step
         self._nodes = self._limit * (1 - np.cos(np.pi * np.arange(NODES) / (NODES - 1))) / 2
-        self._turned: dict[int, list[Floats]] = {}
+        self._turned: dict[int, Floats] = {}
 
     def positions(self, translation: ArrayLike = (0.0, 0.0, 0.0), angle: float = 0.0) -> Floats:
         """Positions ``(n, 3)``.
@@ -65,32 +64,30 @@ class Drag:
             raise InvalidInput(
                 f"the drag was prepared for angles up to {self._limit:.6g}, not {angle!r}"
             )
-        displaced = self._start.copy()
+        start = self._start.reshape(-1)
+        positions = np.empty_like(self._start)
+        flat = positions.reshape(-1)
         if angle:
-            side = 1 if angle > 0 else -1
-            for weight, node in zip(
-                barycentric(self._nodes, abs(angle)), self._at(side), strict=True
-            ):
-                displaced += weight * node
-        for size, response in zip(move, self._responses, strict=True):
-            if size:
-                displaced += size * response
-        self._set_exactly(displaced, move, float(angle))
-        return self._rest + displaced
+            weights = barycentric(self._nodes, abs(angle))[1:]
+            blended(self._turned_to(1 if angle > 0 else -1), weights, start, flat)
+            start = flat
+        blended(self._responses, move, start, flat)
+        self._set_exactly(positions, move, float(angle))
+        return positions
 
-    def _at(self, side: int) -> list[Floats]:
-        """What the nodes of one side add to the start."""
+    def _turned_to(self, side: int) -> Floats:
+        """What the nodes of one side but the first, no turn, add to the start."""
         if side not in self._turned:
-            self._turned[side] = [
-                self._solved(np.zeros(3), side * node) - self._start for node in self._nodes
-            ]
+            solved = [self._solved(np.zeros(3), side * node) for node in self._nodes[1:]]
+            self._turned[side] = (np.stack(solved) - self._start).reshape(NODES - 1, -1)
         return self._turned[side]
 
     def _solved(self, translation: Floats, angle: float) -> Floats:
         before = self._handle.translation, self._handle.rotation
         self._pose(translation, angle)
         try:
-            return self._prepared.solve("linear")
+            surface = self._prepared.surface
+            return surface.vertices + self._prepared.solve("linear")
         finally:
             self._handle.translation, self._handle.rotation = before
 
@@ -98,11 +95,11 @@ class Drag:
         self._handle.translation = self._translation + translation
         self._handle.rotation = continued(self._rotation, angle * self._axis)
 
-    def _set_exactly(self, displaced: Floats, translation: Floats, angle: float) -> None:
+    def _set_exactly(self, positions: Floats, translation: Floats, angle: float) -> None:
         before = self._handle.translation, self._handle.rotation
         self._pose(translation, angle)
         try:
-            self._prepared.settle(displaced)
+            self._prepared.settle(positions)
         finally:
             self._handle.translation, self._handle.rotation = before
 

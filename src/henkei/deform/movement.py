@@ -12,36 +12,32 @@ from henkei.deform.constraints import Feature, Handle, Pin
 from henkei.mesh import Floats
 from henkei.topology import Ints
 
+Moving = Handle | Feature | Pin
+
 
 class Movement:
     """Displacements of the vertices that move with a handle, a feature or a pin.
 
-    vertices : (k,) body after body, pins last.
+    vertices : (k,) body after body.
     first : (b,) the first vertex of each body; its rotation is that of the body.
     """
 
-    def __init__(self, bodies: Sequence[tuple[Handle | Feature, int]], pins: Sequence[Pin]) -> None:
+    def __init__(self, bodies: Sequence[tuple[Moving, int]]) -> None:
         self._bodies = [body for body, _ in bodies]
-        self._pins = list(pins)
-        regions = [body.vertices for body in self._bodies]
-        self._body = np.repeat(np.arange(len(regions)), [len(region) for region in regions])
-        ends = [pin.vertices for pin in pins]
-        self.vertices: Ints = _joined([*regions, *ends]).astype(np.int32)
-        self.first: Ints = np.array([region[0] for region in regions], dtype=np.int32)
-        self._offsets = _joined([body.rest - body.centre for body in self._bodies]).reshape(-1, 3)
+        sizes = [len(body.vertices) for body in self._bodies]
+        self._body = np.repeat(np.arange(len(sizes)), sizes)
+        self._start = np.cumsum([0, *sizes[:-1]])
+        self.vertices: Ints = _joined([b.vertices for b in self._bodies], np.int32)
+        self.first = self.vertices[self._start] if sizes else self.vertices
+        rest = [np.atleast_2d(body.rest) for body in self._bodies]
+        self._rest = _joined(rest, np.float64).reshape(-1, 3)
+        offsets = [r - body.centre for r, body in zip(rest, self._bodies, strict=True)]
+        self._offsets = _joined(offsets, np.float64).reshape(-1, 3)
         anchors: dict[int, Floats] = {}
-        levers = []
-        for body, group in bodies:
-            anchor = anchors.setdefault(group, body.centre)
-            levers.append(body.centre - anchor)
-        place = {group: index for index, group in enumerate(anchors)}
-        number = np.array([place[group] for _, group in bodies], dtype=np.int64)
-        self._group = number[self._body]
-        self._drifts = np.zeros(len(anchors), dtype=bool)
-        self._drifts[number[[isinstance(body, Feature) for body in self._bodies]]] = True
-        stretches = np.array([_stretches(body) for body in self._bodies], dtype=bool)
-        self._exact = np.append(~stretches[self._body], np.ones(len(ends), dtype=bool))
+        levers = [body.centre - anchors.setdefault(group, body.centre) for body, group in bodies]
         self._levers = np.array(levers).reshape(-1, 3)
+        self._drift = _averages([(_drifts(body), group) for body, group in bodies], sizes)
+        self._rigid = np.repeat(np.array([not _stretches(b) for b in self._bodies], bool), sizes)
 
     def __call__(self, rotations: Floats) -> Floats:
         """Displacements ``(k, 3)`` when the bodies turn by ``rotations`` (b, 3, 3).
@@ -49,35 +45,47 @@ class Movement:
         Of a feature, without its translation, which is unknown; features that keep their offset
         turn about the centre of the first of them.
         """
-        turned = np.zeros((len(self.vertices), 3))
-        if self._bodies:
-            shapes = np.array([body.shape for body in self._bodies])
-            shifts = np.array([body.shift for body in self._bodies])
-            shifts += np.einsum("bij,bj->bi", rotations, self._levers) - self._levers
-            change = rotations @ shapes - np.eye(3)
-            moved = np.einsum("kij,kj->ki", change[self._body], self._offsets)
-            turned[: len(self._body)] = moved + shifts[self._body]
-        for row, pin in enumerate(self._pins, start=len(self._body)):
-            turned[row] = pin.displacement
+        if not self._bodies:
+            return np.zeros((0, 3))
+        shapes = np.array([body.shape for body in self._bodies])
+        shifts = np.array([body.shift for body in self._bodies])
+        shifts += np.einsum("bij,bj->bi", rotations, self._levers) - self._levers
+        change = rotations @ shapes - np.eye(3)
+        turned: Floats = np.einsum("kij,kj->ki", change[self._body], self._offsets)
+        turned += shifts[self._body]
         return turned
 
-    def settled(self, displacements: Floats, rotations: Floats) -> None:
-        """Set handles, pins and rigid features of ``displacements`` (n, 3) exactly.
+    def settle(self, positions: Floats, rotations: Floats) -> None:
+        """Set handles, pins and rigid features of ``positions`` (n, 3) exactly.
 
         Features are put where they are on average; those that stretch are left as they are.
         """
+        if not self._bodies:
+            return
         exact = self(rotations)
-        gaps = displacements[self.vertices[: len(self._body)]] - exact[: len(self._body)]
-        sums = np.stack([np.bincount(self._group, column) for column in gaps.T], axis=1)
-        mean = sums / np.bincount(self._group)[:, None]
-        mean[~self._drifts] = 0
-        exact[: len(self._body)] += mean[self._group]
-        displacements[self.vertices[self._exact]] = exact[self._exact]
+        exact += self._rest
+        gaps = positions[self.vertices] - exact
+        exact += (self._drift @ np.add.reduceat(gaps, self._start))[self._body]
+        positions[self.vertices[self._rigid]] = exact[self._rigid]
 
 
-def _stretches(body: Handle | Feature) -> bool:
+def _drifts(body: Moving) -> bool:
+    return isinstance(body, Feature)
+
+
+def _stretches(body: Moving) -> bool:
     return isinstance(body, Feature) and body.basis.shape[1] > 1
 
 
-def _joined(arrays: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    return np.concatenate(arrays) if arrays else np.empty(0)
+def _averages(bodies: Sequence[tuple[bool, int]], sizes: Sequence[int]) -> Floats:
+    """Takes sums over the vertices of bodies to means over groups, ``(b, b)``; 0 without drift."""
+    drifts = np.array([drift for drift, _ in bodies], dtype=bool)
+    group = np.array([group for _, group in bodies], dtype=np.int64)
+    together = (group[:, None] == group) & drifts[:, None] & drifts
+    count = together @ np.array(sizes, dtype=np.float64)
+    averages: Floats = together / np.maximum(count, 1)[:, None]
+    return averages
+
+
+def _joined(arrays: Sequence[NDArray[Any]], dtype: type[np.generic]) -> NDArray[Any]:
+    return np.concatenate(arrays).astype(dtype) if arrays else np.empty(0, dtype)

@@ -6,20 +6,22 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, vstack
 
 from henkei.deform.constraints import Feature, Fixed, Handle, Pin
 from henkei.mesh import Floats
 from henkei.topology import Ints
 
-Target = Callable[[Floats], Floats]
+RotationsOf = Callable[[NDArray[np.integer]], Floats]
+Target = Callable[[RotationsOf], Floats]
 
 
 @dataclass(frozen=True, eq=False)
 class Penalties:
     """Rows ``B`` (r, n) and how heavy a miss of each is; ``targets`` give what they shall be.
 
-    Each target gives displacements for the rotations ``(n, 3, 3)`` of all vertices.
+    Each target gives displacements, for a function that gives rotations of vertices.
     """
 
     rows: csr_array[np.float64]
@@ -31,7 +33,7 @@ class Penalties:
         """``B' W B``, (n, n)."""
         return csr_array(self.rows.T @ diags_array(self.squared_weights) @ self.rows)
 
-    def gradient(self, rotations: Floats) -> Floats:
+    def gradient(self, rotations: RotationsOf) -> Floats:
         """``B' W d``, (n, 3)."""
         wanted = np.concatenate([target(rotations) for target in self.targets])
         pull: Floats = np.asarray(self.rows.T @ (self.squared_weights[:, None] * wanted))
@@ -72,8 +74,8 @@ def _rows_of(
         return pick, lambda rotations: np.zeros((size, 3))
     inside = _differences(edges, item)
 
-    def turned(rotations: Floats) -> Floats:
-        return np.asarray(inside @ item.displacement(rotations[item.vertices[0]]))
+    def turned(rotations: RotationsOf) -> Floats:
+        return np.asarray(inside @ item.displacement(rotations(item.vertices[:1])[0]))
 
     return csr_array(inside @ pick), turned
 

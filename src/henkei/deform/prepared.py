@@ -11,14 +11,14 @@ from henkei.deform.constraints import Feature, Fixed, Handle, Pin, Region
 from henkei.deform.hard import Body, Held, freedom
 from henkei.deform.movement import Movement
 from henkei.deform.overconstraint import HardRows
-from henkei.deform.penalties import penalties
+from henkei.deform.penalties import RotationsOf, penalties
 from henkei.deform.refinement import Refinement
 from henkei.deform.regions import require_held
 from henkei.deform.rotation_field import RotationField
 from henkei.deform.settings import Method, Settings
 from henkei.deform.soft import soft_rows
 from henkei.deform.symmetry import Symmetry
-from henkei.deform.system import System
+from henkei.deform.system import Product, System
 from henkei.errors import InvalidInput
 from henkei.mesh import Floats, Surface
 from henkei.progress import Progress, silent
@@ -52,8 +52,10 @@ class Prepared:
         self._eliminated, self._pins = _vertex_pins(count, hard, pins)
         self._hard = [(b, g) for b, g in zip(hard, _groups(hard, offsets), strict=True)]
         self.movement = Movement(
-            [(body, group) for body, group in self._hard if not isinstance(body, Fixed)],
-            self._eliminated,
+            [
+                *((body, group) for body, group in self._hard if not isinstance(body, Fixed)),
+                *((pin, len(self._hard) + k) for k, pin in enumerate(self._eliminated)),
+            ]
         )
 
         progress("measuring curvature", 0.0)
@@ -77,8 +79,9 @@ class Prepared:
         groups = [group for _, group in self._hard]
         held: list[Held] = [*hard, *self._eliminated]
         self._freedom = freedom(count, used, held, [*groups, *range(len(hard), len(held))])
-        self.adjoint = csr_array(self.soft.curvature.T)
-        self.bending = csr_array(self.adjoint @ self.soft.curvature)
+        transposed = csr_array(self.soft.curvature.T)
+        self.adjoint = Product(transposed)
+        self.bending = csr_array(transposed @ self.soft.curvature)
         self._rows = self._hard_rows(self._pins)
         self._system = self._factored(self.bending)
         self._refinement: Refinement | None = None
@@ -117,21 +120,17 @@ class Prepared:
         """Displacements ``(n, 3)`` for the present poses."""
         if self.symmetry is not None:
             self.symmetry.follow()
-        rotations = self.field.rotations()
-        scale = self.field.scales()
-        bent = np.einsum("nij,nj->ni", rotations, self.soft.normals)
-        bent = scale[:, None] * bent - self.soft.normals
-        displacement = self.displaced(self._system, self.adjoint @ bent, rotations)
+        bent = self.field.turned(self.soft.normals)
+        displacement = self.displaced(self._system, self.adjoint(bent), self.field.rotations)
         if method == "refined":
-            refinement = self.prepare_refinement(silent)
-            displacement = refinement.improved(displacement, rotations, scale)
+            displacement = self.prepare_refinement(silent).improved(displacement)
         return displacement
 
-    def displaced(self, system: System, gradient: Floats, rotations: Floats) -> Floats:
+    def displaced(self, system: System, gradient: Floats, rotations: RotationsOf) -> Floats:
         """Minimise under all constraints, with features turned as their vertices are."""
         if self._penalties is not None:
             gradient = gradient + self._penalties.gradient(rotations)
-        prescribed = self.movement(rotations[self.movement.first])
+        prescribed = self.movement(rotations(self.movement.first))
         held = self.movement.vertices
         targets = None if self._rows is None else self._rows.targets(held, prescribed)
         if self.symmetry is None:
@@ -144,11 +143,11 @@ class Prepared:
         """The unit vectors ``(3, 3)``, less what symmetry forbids the handle."""
         return np.eye(3) if self.symmetry is None else self.symmetry.ways(handle)
 
-    def settle(self, displacements: Floats) -> None:
-        """Set handles, pins and rigid features of ``displacements`` (n, 3) exactly."""
+    def settle(self, positions: Floats) -> None:
+        """Set handles, pins and rigid features of ``positions`` (n, 3) exactly."""
         if self.symmetry is not None:
             self.symmetry.follow()
-        self.movement.settled(displacements, self.field.rotations(self.movement.first))
+        self.movement.settle(positions, self.field.rotations(self.movement.first))
 
     def together(self) -> list[Region]:
         """Vertices that turn as one: those of a feature, or of several that keep their offset."""

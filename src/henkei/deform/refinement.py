@@ -12,15 +12,18 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 
+from henkei._kernels import fitted_rotations, turned_edges
 from henkei.deform.system import System
 from henkei.deform.volume import Volume
-from henkei.geometry.rotations import best_rotations
 from henkei.mesh import Floats
+from henkei.topology import Ints
 
 if TYPE_CHECKING:
     from henkei.deform.prepared import Prepared
+
+OWN, GIVEN = -1, -2  # groups of vertices that turn on their own, or as they are told
 
 
 class Refinement:
@@ -43,32 +46,26 @@ class Refinement:
         self._prepared = prepared
         blend = self._edge_share * soft.laplacian + self._bend_share * prepared.bending
         self.system = system(csr_array(blend))
-        start, end = soft.edges.T
-        self._start, self._end = start, end
-        self._along = rest[start] - rest[end]
-        count, edges = len(rest), len(start)
-        ones = np.ones(edges)
-        self._gather = csr_array(
-            (np.tile(ones, 2), (np.concatenate([start, end]), np.tile(np.arange(edges), 2))),
-            shape=(count, edges),
-        )
-        self._signed = csr_array(
-            (
-                np.concatenate([ones, -ones]),
-                (np.concatenate([start, end]), np.tile(np.arange(edges), 2)),
-            ),
-            shape=(count, edges),
-        )
-        self._fitting = np.maximum(soft.weights, 0)
+        links = csr_array(diags_array(soft.laplacian.diagonal()) - soft.laplacian)
+        links.eliminate_zeros()
+        self._start, self._indices = links.indptr.astype(np.int32), links.indices.astype(np.int32)
+        self._weights = links.data
+        self._group = np.full(len(rest), OWN, dtype=np.int32)
+        for number, vertices in enumerate(prepared.together()):
+            self._group[vertices] = number
 
-    def improved(self, displacement: Floats, rotations: Floats, scale: Floats) -> Floats:
+    def improved(self, displacement: Floats) -> Floats:
         """Displacements ``(n, 3)`` after some steps from those of the linear method."""
-        for _ in range(self._prepared.settings.steps):
-            fitted = self._fitted(displacement, rotations)
-            displacement = self._prepared.displaced(
-                self.system, self._gradient(fitted, scale), fitted
-            )
-        if self._volume is None or not np.all(scale == 1):
+        prepared = self._prepared
+        rotations, scale = prepared.field.rotations(), prepared.field.scales()
+        group = self._group.copy()
+        for vertices in prepared.guided():
+            group[vertices] = GIVEN
+        for _ in range(prepared.settings.steps):
+            self._fit(rotations, displacement, group)
+            gradient = self._gradient(rotations, scale)
+            displacement = prepared.displaced(self.system, gradient, rotations.__getitem__)
+        if self._volume is None or scale is not None:
             return displacement
         return self._volume.restored(displacement, self._response)
 
@@ -78,28 +75,33 @@ class Refinement:
         response = self.system.response(force)
         return response if symmetry is None else symmetry.vectors(response)
 
-    def _fitted(self, displacement: Floats, rotations: Floats) -> Floats:
-        """The local step: rotations ``(n, 3, 3)``; on fixed regions and handles as they are set."""
-        turned = self._along + displacement[self._start] - displacement[self._end]
-        products = self._fitting[:, None, None] * turned[:, :, None] * self._along[:, None, :]
-        covariances = (self._gather @ products.reshape(-1, 9)).reshape(-1, 3, 3)
-        prepared = self._prepared
-        for vertices in prepared.together():
-            covariances[vertices] = covariances[vertices].sum(axis=0)
-        fitted = best_rotations(covariances)
-        for vertices in prepared.guided():
-            fitted[vertices] = rotations[vertices]
-        return fitted
-
-    def _gradient(self, rotations: Floats, scale: Floats) -> Floats:
-        """The right side of the global step, ``(n, 3)``, less what rest itself gives."""
-        soft = self._prepared.soft
-        turns = scale[:, None, None] * rotations
-        mean = (turns[self._start] + turns[self._end]) / 2
-        edges = np.einsum("eij,ej->ei", mean, self._along) - self._along
-        bent = np.einsum("nij,nj->ni", turns, soft.normals) - soft.normals
-        stretch = self._signed @ (soft.weights[:, None] * edges)
-        gradient: Floats = self._edge_share * stretch + self._bend_share * (
-            self._prepared.adjoint @ bent
+    def _fit(self, rotations: Floats, displacement: Floats, group: Ints) -> None:
+        """The local step: changes the rotations ``(n, 3, 3)`` that are not given."""
+        fitted_rotations(
+            self._start,
+            self._indices,
+            self._weights,
+            self._prepared.surface.vertices,
+            displacement,
+            group,
+            rotations,
         )
+
+    def _gradient(self, rotations: Floats, scale: Floats | None) -> Floats:
+        """The right side of the global step, ``(n, 3)``, less what rest itself gives."""
+        rest, normals = self._prepared.surface.vertices, self._prepared.soft.normals
+        stretch, bent = np.empty_like(rest), np.empty_like(rest)
+        turned_edges(
+            self._start,
+            self._indices,
+            self._weights,
+            rest,
+            normals,
+            rotations,
+            scale,
+            stretch,
+            bent,
+        )
+        gradient: Floats = self._edge_share * stretch
+        gradient += self._bend_share * self._prepared.adjoint(bent)
         return gradient

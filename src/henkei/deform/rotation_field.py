@@ -10,9 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+from henkei._kernels import turned_normals
 from henkei.deform.constraints import Feature, Fixed, Handle, Region
 from henkei.deform.hard import Body, turning_freedom
 from henkei.deform.system import System
@@ -60,16 +62,26 @@ class RotationField:
         self._late += [body.vertices for body in bodies]
         self.weights = self._interpolated()
 
-    def rotations(self, vertices: Ints | slice = EVERYWHERE) -> Floats:
+    def rotations(self, vertices: NDArray[np.integer] | slice = EVERYWHERE) -> Floats:
         """Rotation matrices ``(n, 3, 3)`` of all vertices, or of some."""
-        vectors = np.array([handle.rotation for handle in self.handles]).reshape(-1, 3)
-        return matrices_from_vectors(self.weights[vertices] @ vectors)
+        return matrices_from_vectors(self.weights[vertices] @ self._vectors())
 
-    def scales(self) -> Floats:
-        """Scales ``(n,)``: their logarithms are interpolated as rotations are."""
-        logarithms = np.log([handle.scale for handle in self.handles]).reshape(-1)
-        scales: Floats = np.exp(self.weights @ logarithms)
-        return scales
+    def scales(self) -> Floats | None:
+        """Scales ``(n,)``, their logarithms interpolated as rotations are; None if all are 1."""
+        logarithms = self._logarithms()
+        return np.exp(self.weights @ logarithms) if logarithms.any() else None
+
+    def turned(self, normals: Floats) -> Floats:
+        """What turns and scales add to ``normals`` (n, 3): the right side of eq. 6, less rest."""
+        added = np.empty_like(normals)
+        turned_normals(self.weights, self._vectors(), self._logarithms(), normals, added)
+        return added
+
+    def _vectors(self) -> Floats:
+        return np.array([handle.rotation for handle in self.handles]).reshape(-1, 3)
+
+    def _logarithms(self) -> Floats:
+        return np.log([handle.scale for handle in self.handles]).reshape(-1)
 
     def _interpolated(self) -> Floats:
         given = np.zeros((self._count, len(self.handles)))

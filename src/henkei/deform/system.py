@@ -7,10 +7,28 @@ from copy import copy
 import numpy as np
 from scipy.sparse import csc_array, csr_array
 
+from henkei._kernels import product
 from henkei.mesh import Floats
 from henkei.solve.constrained import Constrained
 from henkei.solve.factor import Backend, Factor, factor_spd
 from henkei.topology import Ints
+
+
+class Product:
+    """A sparse matrix ``(m, n)`` that is multiplied by columns, quickly by three of them."""
+
+    def __init__(self, matrix: csr_array[np.float64]) -> None:
+        self._matrix = matrix
+        self._start, self._indices = matrix.indptr.astype(np.int32), matrix.indices.astype(np.int32)
+
+    def __call__(self, right: Floats, add: Floats | None = None) -> Floats:
+        """The matrix by ``right`` (n, k), plus ``add`` (m, k)."""
+        if right.shape[1] != 3:
+            plain = np.asarray(self._matrix @ right)
+            return plain if add is None else plain + add
+        result = np.empty((self._matrix.shape[0], 3))
+        product(self._start, self._indices, self._matrix.data, right, add, result)
+        return result
 
 
 class System:
@@ -28,11 +46,12 @@ class System:
         rows: csr_array[np.float64] | None = None,
     ) -> None:
         self._freedom = freedom
-        self._transposed = csr_array(freedom.T)
+        transposed = csr_array(freedom.T)
+        self._restrict, self._expand = Product(transposed), Product(freedom)
         self.held = held
-        self._coupling = csr_array(self._transposed @ csc_array(quadratic)[:, held])
+        self._coupling = Product(-csr_array(transposed @ csc_array(quadratic)[:, held]))
         self.factor: Factor = factor_spd(
-            csc_array(self._transposed @ quadratic @ freedom), backend=solver
+            csc_array(transposed @ quadratic @ freedom), backend=solver
         )
         self._set(rows)
 
@@ -59,12 +78,12 @@ class System:
         prescribed : (h, k), u0 at the held vertices; elsewhere it is zero.
         targets : (r, k), d.
         """
-        right = np.asarray(self._transposed @ gradient - self._coupling @ prescribed)
+        right = self._coupling(prescribed, add=self._restrict(gradient))
         if self._constrained is None or self._rows is None or targets is None:
             unknowns = self.factor.solve(right)
         else:
             held = self._rows.tocsc()[:, self.held]
             unknowns = self._constrained.solve(right, targets - held @ prescribed)
-        displacements: Floats = np.asarray(self._freedom @ unknowns)
+        displacements = self._expand(unknowns)
         displacements[self.held] += prescribed
         return displacements
