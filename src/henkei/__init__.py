@@ -12,9 +12,10 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from henkei import errors, shapes
+    from henkei import errors, select, shapes
     from henkei.combine import CombinedMesh, combine
     from henkei.deform import Deformer
+    from henkei.geometry.form_features import FormFeatures, find_features
     from henkei.geometry.repair import (
         largest_component,
         oriented,
@@ -35,6 +36,7 @@ __all__ = [
     "Attributes",
     "CombinedMesh",
     "Deformer",
+    "FormFeatures",
     "Mesh",
     "PolygonMesh",
     "Registration",
@@ -43,6 +45,7 @@ __all__ = [
     "combine",
     "diagnose",
     "errors",
+    "find_features",
     "largest_component",
     "load",
     "oriented",
@@ -50,6 +53,7 @@ __all__ = [
     "read",
     "register",
     "save",
+    "select",
     "shape_model",
     "shapes",
     "weld",
@@ -63,6 +67,7 @@ __all__ = [
 _HOMES = {
     "henkei.combine": ("CombinedMesh", "combine"),
     "henkei.deform": ("Deformer",),
+    "henkei.geometry.form_features": ("FormFeatures", "find_features"),
     "henkei.geometry.repair": (
         "largest_component",
         "oriented",
@@ -80,7 +85,7 @@ _HOMES = {
     "henkei.workflows.results": ("load", "save"),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
-_MODULES = ("errors", "shapes")
+_MODULES = ("errors", "select", "shapes")
 
 
 def __getattr__(name: str) -> Any:

@@ -15,6 +15,8 @@ DONE, BROKEN_PIPE, REFUSED, INTERRUPTED = 0, 1, 2, 130  # exit status; 3 is some
 
 COMMANDS = {
     "info": "Say what meshes are, what is wrong with them, and which commands take them.",
+    "features": "List the form features of a mesh: holes, rims, bosses, lines, planar pads.",
+    "deform": "Bend a mesh by a recipe; its holes, lines and pads keep their shape.",
     "combine": "Combine two disks into one mesh that carries both surfaces exactly.",
     "register": "Register a mesh onto any other, or many scans into one connectivity.",
     "stats": "Mean, modes and variance of shapes in one connectivity.",
