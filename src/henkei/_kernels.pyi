@@ -75,3 +75,50 @@ def refine(
     coarsest: int,
     sweeps: int,
 ) -> NDArray[np.float64]: ...
+def turned_normals(
+    weights: NDArray[np.float64],
+    rotation_vectors: NDArray[np.float64],
+    log_scales: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None: ...
+def product(
+    start: Ints,
+    indices: Ints,
+    values: NDArray[np.float64],
+    right: NDArray[np.float64],
+    add: NDArray[np.float64] | None,
+    out: NDArray[np.float64],
+) -> None: ...
+def fitted_rotations(
+    start: Ints,
+    indices: Ints,
+    weights: NDArray[np.float64],
+    rest: NDArray[np.float64],
+    displacement: NDArray[np.float64],
+    group: Ints,
+    rotations: NDArray[np.float64],
+) -> None: ...
+def turned_edges(
+    start: Ints,
+    indices: Ints,
+    weights: NDArray[np.float64],
+    rest: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    rotations: NDArray[np.float64],
+    scale: NDArray[np.float64] | None,
+    stretch: NDArray[np.float64],
+    bent: NDArray[np.float64],
+) -> None: ...
+def blended(
+    basis: NDArray[np.float64] | NDArray[np.float32],
+    coefficients: NDArray[np.float64],
+    start: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None: ...
+def shifted(
+    start: NDArray[np.float64],
+    weight: NDArray[np.float64],
+    vector: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None: ...

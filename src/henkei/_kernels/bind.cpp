@@ -1,8 +1,13 @@
 // Gives the kernels to Python: numpy arrays in and out, the GIL released while they run.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+
+#include <optional>
+#include <string>
 
 #include "closest_points.hpp"
+#include "deformation.hpp"
 #include "kernels.hpp"
 #include "overlay.hpp"
 
@@ -157,6 +162,85 @@ Out<double> refine(Vectors sphere, Vectors rest, Vectors guide, In<double, -1> t
     return hand_over(std::move(moved), 3);
 }
 
+// The loops of a deformation write into their last arguments. What would cost them a copy in each
+// frame, indices of another size, is refused.
+using Numbers = In<double, -1>;
+using Indices = In<int32_t, -1>;
+template <class T, ssize_t... Shape>
+using InOut = nb::ndarray<T, nb::numpy, nb::shape<Shape...>, nb::c_contig, nb::device::cpu>;
+using VectorsOut = InOut<double, -1, 3>;
+
+void require(bool agrees, const char* of) {
+    if (!agrees) throw nb::value_error((std::string("arrays differ in their ") + of).c_str());
+}
+
+henkei::SparseRows rows_of(const Indices& start, const Indices& indices, const Numbers& values,
+                           size_t count) {
+    require(start.size() == count + 1, "number of rows");
+    require(indices.size() == values.size() && size_t(start.data()[count]) == values.size(),
+            "number of entries");
+    return {start.data(), indices.data(), values.data(), int64_t(count)};
+}
+
+void turned_normals(In<double, -1, -1> weights, Vectors rotation_vectors, Numbers log_scales,
+                    Vectors normals, VectorsOut out) {
+    const size_t handles = weights.shape(1), count = out.shape(0);
+    require(rotation_vectors.shape(0) == handles && log_scales.size() == handles, "handles");
+    require(weights.shape(0) == count && normals.shape(0) == count, "vertices");
+    nb::gil_scoped_release release;
+    henkei::turned_normals(weights.data(), int64_t(handles), rotation_vectors.data(),
+                           log_scales.data(), normals.data(), int64_t(count), out.data());
+}
+
+void product(Indices start, Indices indices, Numbers values, Vectors right,
+             std::optional<Vectors> add, VectorsOut out) {
+    const henkei::SparseRows rows = rows_of(start, indices, values, out.shape(0));
+    require(!add || add->shape(0) == out.shape(0), "number of rows");
+    nb::gil_scoped_release release;
+    henkei::product(rows, right.data(), add ? add->data() : nullptr, out.data());
+}
+
+void fitted_rotations(Indices start, Indices indices, Numbers weights, Vectors rest,
+                      Vectors displacement, Indices group, InOut<double, -1, 3, 3> rotations) {
+    const size_t count = rotations.shape(0);
+    const henkei::SparseRows rows = rows_of(start, indices, weights, count);
+    require(rest.shape(0) == count && displacement.shape(0) == count && group.size() == count,
+            "vertices");
+    nb::gil_scoped_release release;
+    henkei::fitted_rotations(rows, rest.data(), displacement.data(), group.data(),
+                             rotations.data());
+}
+
+void turned_edges(Indices start, Indices indices, Numbers weights, Vectors rest, Vectors normals,
+                  In<double, -1, 3, 3> rotations, std::optional<Numbers> scale, VectorsOut stretch,
+                  VectorsOut bent) {
+    const size_t count = stretch.shape(0);
+    const henkei::SparseRows rows = rows_of(start, indices, weights, count);
+    require(rest.shape(0) == count && normals.shape(0) == count && rotations.shape(0) == count &&
+                (!scale || scale->size() == count) && bent.shape(0) == count,
+            "vertices");
+    nb::gil_scoped_release release;
+    henkei::turned_edges(rows, rest.data(), normals.data(), rotations.data(),
+                         scale ? scale->data() : nullptr, stretch.data(), bent.data());
+}
+
+template <class T>
+void blended(In<T, -1, -1> basis, Numbers coefficients, Numbers start, InOut<double, -1> out) {
+    const size_t terms = basis.shape(0), count = basis.shape(1);
+    require(coefficients.size() == terms, "terms");
+    require(start.size() == count && out.size() == count, "columns");
+    nb::gil_scoped_release release;
+    henkei::blended(basis.data(), coefficients.data(), int64_t(terms), start.data(), int64_t(count),
+                    out.data());
+}
+
+void shifted(Vectors start, Numbers weight, In<double, 3> vector, VectorsOut out) {
+    const size_t count = out.shape(0);
+    require(start.shape(0) == count && weight.size() == count, "vertices");
+    nb::gil_scoped_release release;
+    henkei::shifted(start.data(), weight.data(), vector.data(), int64_t(count), out.data());
+}
+
 }  // namespace
 
 NB_MODULE(_kernels, m) {
@@ -243,4 +327,19 @@ NB_MODULE(_kernels, m) {
     m.def("adapt", &adapt, "vertices"_a, "ring_start"_a, "ring"_a, "points"_a, "normals"_a,
           "winners"_a, "steps"_a, "rate_start"_a, "rate_end"_a, "radius_start"_a, "radius_end"_a,
           "literal"_a, "seed"_a, "low"_a, "high"_a);
+    m.def("turned_normals", &turned_normals, "weights"_a, "rotation_vectors"_a, "log_scales"_a,
+          "normals"_a, "out"_a.noconvert());
+    m.def("product", &product, "start"_a.noconvert(), "indices"_a.noconvert(), "values"_a,
+          "right"_a, "add"_a.none(), "out"_a.noconvert());
+    m.def("fitted_rotations", &fitted_rotations, "start"_a.noconvert(), "indices"_a.noconvert(),
+          "weights"_a, "rest"_a, "displacement"_a, "group"_a.noconvert(),
+          "rotations"_a.noconvert());
+    m.def("turned_edges", &turned_edges, "start"_a.noconvert(), "indices"_a.noconvert(),
+          "weights"_a, "rest"_a, "normals"_a, "rotations"_a, "scale"_a.none(),
+          "stretch"_a.noconvert(), "bent"_a.noconvert());
+    m.def("blended", &blended<double>, "basis"_a.noconvert(), "coefficients"_a, "start"_a,
+          "out"_a.noconvert());
+    m.def("blended", &blended<float>, "basis"_a.noconvert(), "coefficients"_a, "start"_a,
+          "out"_a.noconvert());
+    m.def("shifted", &shifted, "start"_a, "weight"_a, "vector"_a, "out"_a.noconvert());
 }
