@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array
 
 from henkei._kernels import fitted_rotations, turned_edges
-from henkei.deform.system import System
+from henkei.deform.system import Product, System
 from henkei.deform.volume import Volume
 from henkei.mesh import Floats
 from henkei.topology import Ints
@@ -35,21 +35,21 @@ class Refinement:
         soft, settings, rest = prepared.soft, prepared.settings, prepared.surface.vertices
         closed = settings.keep_volume and Volume.is_enclosed(prepared.surface)
         self._volume = Volume(prepared.surface) if closed else None
-        used = soft.edges.ravel()
-        extent = np.ptp(rest[used], axis=0)
-        length = settings.reach * float(np.linalg.norm(extent))
+        squared_length = settings.reach**2 * soft.areas.sum()
         # for a displacement u, u'Lu is the integral of |grad u|^2, and u'A'Au that of |lap u|^2
         # times a quarter of the mean area
-        mean_area = soft.areas[np.unique(used)].mean()
-        self._edge_share = (1 - settings.smoothness) * mean_area / (4 * length**2)
-        self._bend_share = settings.smoothness
+        edge_share = (
+            (1 - settings.smoothness) * soft.areas[soft.areas > 0].mean() / (4 * squared_length)
+        )
+        bend_share = settings.smoothness
         self._prepared = prepared
-        blend = self._edge_share * soft.laplacian + self._bend_share * prepared.bending
+        blend = edge_share * soft.laplacian + bend_share * prepared.bending
         self.system = system(csr_array(blend))
         links = csr_array(diags_array(soft.laplacian.diagonal()) - soft.laplacian)
         links.eliminate_zeros()
         self._start, self._indices = links.indptr.astype(np.int32), links.indices.astype(np.int32)
-        self._weights = links.data
+        self._weights = edge_share * links.data
+        self._adjoint = Product(bend_share * csr_array(soft.curvature.T))
         self._group = np.full(len(rest), OWN, dtype=np.int32)
         for number, vertices in enumerate(prepared.together()):
             self._group[vertices] = number
@@ -57,10 +57,11 @@ class Refinement:
     def improved(self, displacement: Floats) -> Floats:
         """Displacements ``(n, 3)`` after some steps from those of the linear method."""
         prepared = self._prepared
-        rotations, scale = prepared.field.rotations(), prepared.field.scales()
-        group = self._group.copy()
+        scale = prepared.field.scales()
+        group, rotations = self._group.copy(), np.empty((len(self._group), 3, 3))
         for vertices in prepared.guided():
             group[vertices] = GIVEN
+            rotations[vertices] = prepared.field.rotations(vertices)
         for _ in range(prepared.settings.steps):
             self._fit(rotations, displacement, group)
             gradient = self._gradient(rotations, scale)
@@ -102,6 +103,4 @@ class Refinement:
             stretch,
             bent,
         )
-        gradient: Floats = self._edge_share * stretch
-        gradient += self._bend_share * self._prepared.adjoint(bent)
-        return gradient
+        return self._adjoint(bent, add=stretch)

@@ -23,8 +23,8 @@ class Settings:
     steps : local and global steps of the refined method after the linear one.
     smoothness : in the refined method the share of smooth rotations against that of edges that
         keep their length, in (0, 1).
-    reach : length, as a fraction of the diagonal, above which the refined method keeps edges rather
-        than curvature.
+    reach : length, as a fraction of the root of the area, above which the refined method keeps
+        edges rather than curvature.
     keep_volume : in the refined method, whether a closed surface keeps the volume it encloses, as
         long as no handle is scaled.
     solver : a name :func:`henkei.solve.factor_spd` knows, or ``"auto"``.
@@ -39,7 +39,7 @@ class Settings:
     area_weighted: bool = True
     steps: int = 3
     smoothness: float = 0.5
-    reach: float = 0.02
+    reach: float = 0.03
     keep_volume: bool = True
     solver: Backend = "auto"
 

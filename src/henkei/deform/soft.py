@@ -24,7 +24,7 @@ class SoftRows:
     normals : (n, 3) what these rows give at rest.
     edges, weights : (e, 2) edges of the Laplacian, the smaller vertex first, and their
         weights (e,), half the sum of the cotangents.
-    areas : (n,) Voronoi areas.
+    areas : (n,) Voronoi areas; 0 of vertices without faces.
     """
 
     laplacian: csr_array[np.float64]
@@ -43,8 +43,10 @@ def soft_rows(surface: Surface, rest: Floats, settings: Settings) -> SoftRows:
     areas = voronoi_areas(rest, triangles, share)
     used = areas > 0
     mean = areas[used].mean()
-    areas = np.where(used, np.maximum(areas, settings.smallest_area * mean), mean)
-    scale = np.sqrt(mean / areas) if settings.area_weighted else mean / areas
+    areas[used] = np.maximum(areas[used], settings.smallest_area * mean)
+    scale = np.divide(mean, areas, out=np.zeros_like(areas), where=used)
+    if settings.area_weighted:
+        scale = np.sqrt(scale)
     curvature = csr_array(diags_array(scale / 2) @ laplacian)
     return SoftRows(laplacian, curvature, curvature @ rest, edges, weights, areas)
 
