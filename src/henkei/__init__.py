@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from henkei import errors, select, shapes
     from henkei.combine import CombinedMesh, combine
     from henkei.deform import Deformer
+    from henkei.geometry.element_quality import element_quality
     from henkei.geometry.form_features import FormFeatures, find_features
+    from henkei.geometry.model_motion import moved
     from henkei.geometry.repair import (
         largest_component,
         oriented,
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
         without_unused_vertices,
     )
     from henkei.io import read, write
+    from henkei.io.cae import read_model, write_model
     from henkei.mesh import Attributes, Mesh, PolygonMesh
     from henkei.morph import write_morph
     from henkei.morph.targets import blend, write_targets
@@ -44,13 +47,16 @@ __all__ = [
     "blend",
     "combine",
     "diagnose",
+    "element_quality",
     "errors",
     "find_features",
     "largest_component",
     "load",
+    "moved",
     "oriented",
     "procrustes",
     "read",
+    "read_model",
     "register",
     "save",
     "select",
@@ -60,6 +66,7 @@ __all__ = [
     "without_degenerate_faces",
     "without_unused_vertices",
     "write",
+    "write_model",
     "write_morph",
     "write_targets",
 ]
@@ -67,7 +74,9 @@ __all__ = [
 _HOMES = {
     "henkei.combine": ("CombinedMesh", "combine"),
     "henkei.deform": ("Deformer",),
+    "henkei.geometry.element_quality": ("element_quality",),
     "henkei.geometry.form_features": ("FormFeatures", "find_features"),
+    "henkei.geometry.model_motion": ("moved",),
     "henkei.geometry.repair": (
         "largest_component",
         "oriented",
@@ -76,6 +85,7 @@ _HOMES = {
         "without_unused_vertices",
     ),
     "henkei.io": ("read", "write"),
+    "henkei.io.cae": ("read_model", "write_model"),
     "henkei.mesh": ("Attributes", "Mesh", "PolygonMesh"),
     "henkei.morph": ("write_morph",),
     "henkei.morph.targets": ("blend", "write_targets"),

@@ -153,8 +153,11 @@ def test_fitted_rotations_are_best(seed: int, count: int) -> None:
     group = rng.choice(np.array([-1, -2, 0, 2], dtype=np.int32), count, p=[0.5, 0.1, 0.2, 0.2])
     given_rotations = Rotation.random(max(count, 1), rng=rng).as_matrix()[:count]
     rotations = given_rotations.copy()
-    _kernels.fitted_rotations(*graph, rest, displacement, group, rotations)
+    before = Rotation.random(max(count, 1), rng=rng).as_matrix()[:count]
+    follow = rng.choice([0.0, 0.3])
+    _kernels.fitted_rotations(*graph, rest, displacement, group, before, follow, rotations)
     matrices = covariances(graph, rest, rest + displacement)
+    matrices += follow * followed(graph, rest, before)
     for number in (0, 2):
         matrices[group == number] = matrices[group == number].sum(axis=0)
     kept = group == -2
@@ -163,6 +166,19 @@ def test_fitted_rotations_are_best(seed: int, count: int) -> None:
     for number in (0, 2):
         together = rotations[group == number]
         np.testing.assert_array_equal(together, np.broadcast_to(together[:1], together.shape))
+
+
+def followed(graph: tuple[np.ndarray, ...], rest: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """The weighted mean of the neighbours' rotations by the weighted sum of squared edges."""
+    start, indices, weights = graph
+    sums = np.zeros((len(rest), 3, 3))
+    for i in range(len(rest)):
+        neighbours = indices[start[i] : start[i + 1]]
+        w = np.maximum(weights[start[i] : start[i + 1]], 0)
+        if w.sum() > 0:
+            size = w @ ((rest[i] - rest[neighbours]) ** 2).sum(axis=1)
+            sums[i] = size / w.sum() * np.einsum("k,kij->ij", w, before[neighbours])
+    return sums
 
 
 def fitted(matrices: np.ndarray) -> np.ndarray:
@@ -184,6 +200,8 @@ def fitted(matrices: np.ndarray) -> np.ndarray:
         rest.reshape(-1, 3),
         displacement.reshape(-1, 3),
         group,
+        None,
+        0.0,
         rotations,
     )
     return rotations[::4]

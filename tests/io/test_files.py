@@ -80,9 +80,9 @@ def test_arguments(tmp_path):
 
 def test_a_missing_library_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "meshio", None)
-    (tmp_path / "a.inp").write_text("*HEADING\n")
+    (tmp_path / "a.msh").write_text("$MeshFormat\n")
     with pytest.raises(MissingDependency, match=r"pip install henkei\[formats\]"):
-        read(tmp_path / "a.inp")
+        read(tmp_path / "a.msh")
 
 
 def test_importing_henkei_imports_no_format():

@@ -92,8 +92,13 @@ def test_grid_of_polygonal_cells(tmp_path):
     assert mesh.attributes.face["number"].tolist() == [10, 12]
     solid = pyvista.UnstructuredGrid(np.array([4, 0, 1, 2, 3]), [10], np.eye(4, 3))
     solid.save(tmp_path / "a.vtk")
-    with pytest.raises(InvalidFile, match="cells of VTK type 10"):
-        decoded("vtk", (tmp_path / "a.vtk").read_bytes())
+    skin = decoded("vtk", (tmp_path / "a.vtk").read_bytes())
+    assert sorted(sorted(face) for face in skin.faces.tolist()) == [
+        [0, 1, 2],
+        [0, 1, 3],
+        [0, 2, 3],
+        [1, 2, 3],
+    ]
 
 
 @pytest.mark.parametrize("newline", ["\n", "\r\n"])

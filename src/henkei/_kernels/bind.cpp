@@ -6,9 +6,11 @@
 #include <optional>
 #include <string>
 
+#include "cholesky.hpp"
 #include "closest_points.hpp"
 #include "deformation.hpp"
 #include "kernels.hpp"
+#include "ordering.hpp"
 #include "overlay.hpp"
 
 namespace nb = nanobind;
@@ -201,14 +203,17 @@ void product(Indices start, Indices indices, Numbers values, Vectors right,
 }
 
 void fitted_rotations(Indices start, Indices indices, Numbers weights, Vectors rest,
-                      Vectors displacement, Indices group, InOut<double, -1, 3, 3> rotations) {
+                      Vectors displacement, Indices group,
+                      std::optional<In<double, -1, 3, 3>> before, double follow,
+                      InOut<double, -1, 3, 3> rotations) {
     const size_t count = rotations.shape(0);
     const henkei::SparseRows rows = rows_of(start, indices, weights, count);
-    require(rest.shape(0) == count && displacement.shape(0) == count && group.size() == count,
+    require(rest.shape(0) == count && displacement.shape(0) == count && group.size() == count &&
+                (!before || before->shape(0) == count),
             "vertices");
     nb::gil_scoped_release release;
     henkei::fitted_rotations(rows, rest.data(), displacement.data(), group.data(),
-                             rotations.data());
+                             before ? before->data() : nullptr, follow, rotations.data());
 }
 
 void turned_edges(Indices start, Indices indices, Numbers weights, Vectors rest, Vectors normals,
@@ -241,6 +246,28 @@ void shifted(Vectors start, Numbers weight, In<double, 3> vector, VectorsOut out
     henkei::shifted(start.data(), weight.data(), vector.data(), int64_t(count), out.data());
 }
 
+henkei::Pattern pattern_of(const Indices& start, const Indices& row) {
+    require(start.size() > 0 && size_t(start.data()[start.size() - 1]) == row.size(),
+            "number of entries");
+    return {int32_t(start.size() - 1), start.data(), row.data()};
+}
+
+void factor(henkei::Cholesky* self, Indices start, Indices row, Numbers values, Indices order) {
+    const henkei::Pattern pattern = pattern_of(start, row);
+    require(values.size() == row.size(), "number of entries");
+    require(int64_t(order.size()) == pattern.size, "number of unknowns");
+    nb::gil_scoped_release release;
+    new (self) henkei::Cholesky(pattern, values.data(), order.data());
+}
+
+void solve(const henkei::Cholesky& cholesky, In<double, -1, -1> right, InOut<double, -1, -1> out) {
+    require(int64_t(right.shape(0)) == cholesky.size() && out.shape(0) == right.shape(0),
+            "number of unknowns");
+    require(right.shape(1) == out.shape(1), "columns");
+    nb::gil_scoped_release release;
+    cholesky.solve(right.data(), out.data(), int64_t(right.shape(1)));
+}
+
 }  // namespace
 
 NB_MODULE(_kernels, m) {
@@ -254,6 +281,22 @@ NB_MODULE(_kernels, m) {
             },
             "vertices"_a, "faces"_a)
         .def("query", &closest, "points"_a);
+    nb::class_<henkei::Cholesky>(m, "Cholesky")
+        .def("__init__", &factor, "start"_a, "row"_a, "values"_a, "order"_a)
+        .def("solve", &solve, "right"_a, "out"_a)
+        .def_prop_ro("entries", &henkei::Cholesky::entries);
+    m.def(
+        "minimum_degree",
+        [](Indices start, Indices row) {
+            const henkei::Pattern pattern = pattern_of(start, row);
+            std::vector<int32_t> order;
+            {
+                nb::gil_scoped_release release;
+                order = henkei::minimum_degree(pattern);
+            }
+            return hand_over(std::move(order));
+        },
+        "start"_a, "row"_a);
     m.def(
         "half_edge_twins",
         [](In<int32_t, -1> origin, In<int32_t, -1> target, int64_t vertices) {
@@ -332,8 +375,8 @@ NB_MODULE(_kernels, m) {
     m.def("product", &product, "start"_a.noconvert(), "indices"_a.noconvert(), "values"_a,
           "right"_a, "add"_a.none(), "out"_a.noconvert());
     m.def("fitted_rotations", &fitted_rotations, "start"_a.noconvert(), "indices"_a.noconvert(),
-          "weights"_a, "rest"_a, "displacement"_a, "group"_a.noconvert(),
-          "rotations"_a.noconvert());
+          "weights"_a, "rest"_a, "displacement"_a, "group"_a.noconvert(), "before"_a.none(),
+          "follow"_a, "rotations"_a.noconvert());
     m.def("turned_edges", &turned_edges, "start"_a.noconvert(), "indices"_a.noconvert(),
           "weights"_a, "rest"_a, "normals"_a, "rotations"_a, "scale"_a.none(),
           "stretch"_a.noconvert(), "bent"_a.noconvert());

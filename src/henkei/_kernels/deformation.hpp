@@ -27,8 +27,10 @@ constexpr int32_t kAlone = -1, kGiven = -2;
 
 // Rotations (n, 3, 3) that turn the edges of a vertex at rest best into those after the
 // displacement, each counted by its weight if that is positive.
+// Beside, by the factor `follow`, they take after the mean of the neighbours' rotations `before`
+// (n, 3, 3), which may be null.
 void fitted_rotations(const SparseRows& weights, const double* rest, const double* displacement,
-                      const int32_t* group, double* rotations);
+                      const int32_t* group, const double* before, double follow, double* rotations);
 
 // Of the energies sum_ij w_ij |(p_i - p_j) - (T_i + T_j)/2 (x_i - x_j)|^2 / 4 and those of normals
 // T_i n_i, T = s R: stretch_i = sum_j w_ij ((T_i + T_j)/2 - 1) (x_i - x_j) and

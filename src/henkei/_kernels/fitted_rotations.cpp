@@ -1,10 +1,12 @@
 // The local step of as-rigid-as-possible deformation: the rotation that turns the edges of a vertex
 // best (O. Sorkine, M. Alexa, "As-rigid-as-possible surface modeling", 2007, eq. 5-6), vertices of
-// a rigid feature turning as one. The rotation of a covariance M comes from its singular values'
-// sum, in closed form (F. L. Markley, "Attitude determination using vector observations: a fast
-// optimal matrix algorithm", 1993), many at once; where that does not prove itself accurate, from
-// the eigenvectors of the quaternions' 4x4 matrix (B. K. P. Horn, "Closed-form solution of absolute
-// orientation using unit quaternions", 1987) by Jacobi's method.
+// a rigid feature turning as one. It may follow what its neighbours' rotations were before, which
+// keeps the fit sound where edges lie almost in a line (Z. Levi, C. Gotsman, "Smooth rotation
+// enhanced as-rigid-as-possible mesh animation", 2015). The rotation of a covariance M comes from
+// its singular values' sum, in closed form (F. L. Markley, "Attitude determination using vector
+// observations: a fast optimal matrix algorithm", 1993), many at once; where that does not prove
+// itself accurate, from the eigenvectors of the quaternions' 4x4 matrix (B. K. P. Horn,
+// "Closed-form solution of absolute orientation using unit quaternions", 1987) by Jacobi's method.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -226,20 +228,28 @@ void flush(Block& block, double* rotations) {
 
 // The sum of w (p_i - p_j) (x_i - x_j)' over the edges of a vertex.
 void covariance_of(const SparseRows& weights, const double* rest, const double* displacement,
-                   int64_t i, double (&m)[9]) {
+                   const double* before, double follow, int64_t i, double (&m)[9]) {
     const double *x = rest + 3 * i, *u = displacement + 3 * i;
     double sum[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0};
+    double around[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, size = 0, all = 0;
     for (int32_t k = weights.start[i]; k < weights.start[i + 1]; ++k) {
         const double weight = std::max(weights.values[k], 0.0);
         const int64_t j = 3 * int64_t(weights.indices[k]);
-        const double before[3] = {x[0] - rest[j], x[1] - rest[j + 1], x[2] - rest[j + 2]};
-        const double after[3] = {before[0] + (u[0] - displacement[j]),
-                                 before[1] + (u[1] - displacement[j + 1]),
-                                 before[2] + (u[2] - displacement[j + 2])};
+        const double edge[3] = {x[0] - rest[j], x[1] - rest[j + 1], x[2] - rest[j + 2]};
+        const double after[3] = {edge[0] + (u[0] - displacement[j]),
+                                 edge[1] + (u[1] - displacement[j + 1]),
+                                 edge[2] + (u[2] - displacement[j + 2])};
         for (int r = 0; r < 3; ++r) {
             const double weighted = weight * after[r];
-            for (int c = 0; c < 3; ++c) sum[3 * r + c] += weighted * before[c];
+            for (int c = 0; c < 3; ++c) sum[3 * r + c] += weighted * edge[c];
         }
+        if (!before) continue;
+        size += weight * (edge[0] * edge[0] + edge[1] * edge[1] + edge[2] * edge[2]);
+        all += weight;
+        for (int c = 0; c < 9; ++c) around[c] += weight * before[3 * j + c];
+    }
+    if (all > 0) {
+        for (int c = 0; c < 9; ++c) sum[c] += follow * size / all * around[c];
     }
     std::copy(sum, sum + 9, m);
 }
@@ -247,7 +257,8 @@ void covariance_of(const SparseRows& weights, const double* rest, const double* 
 }  // namespace
 
 void fitted_rotations(const SparseRows& weights, const double* rest, const double* displacement,
-                      const int32_t* group, double* rotations) {
+                      const int32_t* group, const double* before, double follow,
+                      double* rotations) {
     const int64_t count = weights.count;
     const int32_t groups = count ? *std::max_element(group, group + count) + 1 : 0;
     std::vector<double> pooled(9 * std::max<int64_t>(groups, 0), 0.0);
@@ -255,7 +266,7 @@ void fitted_rotations(const SparseRows& weights, const double* rest, const doubl
     double m[9];
     for (int64_t i = 0; i < count; ++i) {
         if (group[i] == kGiven) continue;
-        covariance_of(weights, rest, displacement, i, m);
+        covariance_of(weights, rest, displacement, before, follow, i, m);
         if (group[i] >= 0) {
             for (int k = 0; k < 9; ++k) pooled[9 * int64_t(group[i]) + k] += m[k];
             continue;

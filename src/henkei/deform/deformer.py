@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 from henkei.deform.constraints import Feature, Fixed, Handle, Keep, Pin
 from henkei.deform.drag import Drag
 from henkei.deform.prepared import Prepared
-from henkei.deform.quality import DeformQuality, measured
+from henkei.deform.quality import DeformQuality, Solution, measured
 from henkei.deform.regions import checked_name, checked_point, checked_region, require_apart
 from henkei.deform.settings import Method, Settings
 from henkei.deform.symmetry import Symmetry
@@ -62,8 +63,7 @@ class Deformer:
         self._symmetry: Symmetry | None = None
         self._prepared: Prepared | None = None
         self._late: list[Fixed | Handle | Pin] = []
-        self._solution: Floats | None = None
-        self._method: Method = "linear"
+        self._solution: Solution | None = None
         self._quality: DeformQuality | None = None
 
     @property
@@ -257,10 +257,18 @@ class Deformer:
         """
         if method not in ("linear", "refined"):
             raise InvalidInput(f"method must be 'linear' or 'refined', not {method!r}")
-        displacement = self._ready().solve(method)
-        self._solution = self.mesh.vertices + displacement
-        self._quality, self._method = None, method
-        return self._solution.copy()
+        prepared = self._ready()
+        positions = self.mesh.vertices + prepared.solve(method)
+        self._solution = Solution(
+            positions,
+            [copy(body) for body in self._bodies],
+            [copy(pin) for pin in self._pins],
+            prepared.turned,
+            method,
+            *prepared.solver,
+        )
+        self._quality = None
+        return positions.copy()
 
     def drag(
         self, handle: Handle, *, axis: ArrayLike = (0.0, 0.0, 1.0), limit: float = np.pi
@@ -288,23 +296,21 @@ class Deformer:
     @property
     def result(self) -> Surface:
         """The surface at the last solution; faces and attributes as given."""
-        return dataclasses.replace(self.mesh, vertices=self._solved())
+        return dataclasses.replace(self.mesh, vertices=self._solved().positions)
+
+    @property
+    def rotations(self) -> Floats:
+        """Rotation matrices ``(n, 3, 3)`` of all vertices at the last solution.
+
+        A rigid feature has turned by exactly that of its vertices.
+        """
+        return self._solved().rotations(np.arange(len(self.mesh.vertices)))
 
     @property
     def quality(self) -> DeformQuality:
         """Figures that tell whether to trust the last solution."""
         if self._quality is None:
-            solved = self._solved()
-            assert self._prepared is not None
-            self._quality = measured(
-                self.mesh,
-                solved,
-                self._bodies,
-                self._pins,
-                self._prepared.field.rotations(),
-                self._prepared.solver,
-                self._method,
-            )
+            self._quality = measured(self.mesh, self._solved())
         return self._quality
 
     def _ready(self) -> Prepared:
@@ -317,7 +323,7 @@ class Deformer:
             self._prepared.add(late)
         return self._prepared
 
-    def _solved(self) -> Floats:
+    def _solved(self) -> Solution:
         if self._solution is None:
             raise InvalidInput("there is no solution yet; call solve()")
         return self._solution

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, vstack
 
 from henkei.deform.constraints import Feature, Fixed, Handle, Pin
+from henkei.deform.rotation_field import RotationsOf
 from henkei.mesh import Floats
 from henkei.topology import Ints
 
-RotationsOf = Callable[[NDArray[np.integer]], Floats]
 Target = Callable[[RotationsOf], Floats]
 
 

@@ -11,10 +11,10 @@ from henkei.deform.constraints import Feature, Fixed, Handle, Pin, Region
 from henkei.deform.hard import Body, Held, freedom
 from henkei.deform.movement import Movement
 from henkei.deform.overconstraint import HardRows
-from henkei.deform.penalties import RotationsOf, penalties
+from henkei.deform.penalties import penalties
 from henkei.deform.refinement import Refinement
 from henkei.deform.regions import require_held
-from henkei.deform.rotation_field import RotationField
+from henkei.deform.rotation_field import RotationField, RotationsOf
 from henkei.deform.settings import Method, Settings
 from henkei.deform.soft import soft_rows
 from henkei.deform.symmetry import Symmetry
@@ -85,6 +85,7 @@ class Prepared:
         self._rows = self._hard_rows(self._pins)
         self._system = self._factored(self.bending)
         self._refinement: Refinement | None = None
+        self.turned: RotationsOf = self.field.rotations()
         progress("ready", 1.0)
 
     @property
@@ -121,13 +122,14 @@ class Prepared:
         if self.symmetry is not None:
             self.symmetry.follow()
         bent = self.field.turned(self.soft.normals)
-        displacement = self.displaced(self._system, self.adjoint(bent), self.field.rotations)
+        displacement = self.displaced(self._system, self.adjoint(bent), self.field.rotations())
         if method == "refined":
             displacement = self.prepare_refinement(silent).improved(displacement)
         return displacement
 
     def displaced(self, system: System, gradient: Floats, rotations: RotationsOf) -> Floats:
-        """Minimise under all constraints, with features turned as their vertices are."""
+        """Minimise under all constraints, with features ``turned`` as their vertices are."""
+        self.turned = rotations
         if self._penalties is not None:
             gradient = gradient + self._penalties.gradient(rotations)
         prescribed = self.movement(rotations(self.movement.first))
@@ -147,7 +149,7 @@ class Prepared:
         """Set handles, pins and rigid features of ``positions`` (n, 3) exactly."""
         if self.symmetry is not None:
             self.symmetry.follow()
-        self.movement.settle(positions, self.field.rotations(self.movement.first))
+        self.movement.settle(positions, self.field.rotations()(self.movement.first))
 
     def together(self) -> list[Region]:
         """Vertices that turn as one: those of a feature, or of several that keep their offset."""

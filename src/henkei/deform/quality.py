@@ -9,6 +9,7 @@ import numpy as np
 
 from henkei.deform.constraints import Feature, Handle, Pin
 from henkei.deform.hard import Body
+from henkei.deform.rotation_field import RotationsOf
 from henkei.deform.soft import triangles_of
 from henkei.deform.volume import Volume
 from henkei.geometry.rotations import best_rotations
@@ -46,20 +47,25 @@ class DeformQuality:
     residual: float
 
 
-def measured(
-    surface: Surface,
-    positions: Floats,
-    bodies: Sequence[Body],
-    pins: Sequence[Pin],
-    rotations: Floats,
-    solver: tuple[str, float],
-    method: str,
-) -> DeformQuality:
-    """The figures of a solution ``positions`` (n, 3) with the field of ``rotations`` (n, 3, 3)."""
-    rest, diagonal = surface.vertices, surface.diagonal
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Positions ``(n, 3)`` and what was asked for at the time."""
+
+    positions: Floats
+    bodies: Sequence[Body]
+    pins: Sequence[Pin]
+    rotations: RotationsOf
+    method: str
+    backend: str
+    residual: float
+
+
+def measured(surface: Surface, solution: Solution) -> DeformQuality:
+    """The figures of a solution."""
+    rest, positions, diagonal = surface.vertices, solution.positions, surface.diagonal
     missed: dict[bool, list[float]] = {False: [0.0], True: [0.0]}
     shapes = [0.0]
-    for body in bodies:
+    for body in solution.bodies:
         if isinstance(body, Feature):
             if body.weight is None:
                 shapes.append(shape_error(body, positions[body.vertices]))
@@ -67,9 +73,10 @@ def measured(
         wanted = body.displacement if isinstance(body, Handle) else 0.0
         gaps = positions[body.vertices] - rest[body.vertices] - wanted
         missed[body.weight is not None].append(float(np.linalg.norm(gaps, axis=1).max()))
-    for pin in pins:
+    for pin in solution.pins:
         gap = pin.coefficients @ positions[pin.vertices] - pin.target
         missed[pin.weight is not None].append(float(np.linalg.norm(gap)))
+    rotations = solution.rotations(np.arange(len(rest)))
     triangles, share = triangles_of(surface)
     before, after = _crosses(rest, triangles), _crosses(positions, triangles)
     turned = np.einsum("tij,tj->ti", rotations[triangles].sum(axis=1), before)
@@ -78,7 +85,7 @@ def measured(
     lengths = [np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (rest, positions)]
     strain = np.abs(lengths[1] - lengths[0]) / np.where(lengths[0] > 0, lengths[0], 1)
     return DeformQuality(
-        method=method,
+        method=solution.method,
         hard_position_error=max(missed[False]) / diagonal,
         feature_error=max(shapes) / diagonal,
         soft_position_error=max(missed[True]) / diagonal,
@@ -86,8 +93,8 @@ def measured(
         strain=float(np.quantile(strain, 0.99)),
         area_change=areas[1] / areas[0] - 1,
         volume_change=_volume_change(surface, positions),
-        backend=solver[0],
-        residual=solver[1],
+        backend=solution.backend,
+        residual=solution.residual,
     )
 
 

@@ -58,10 +58,10 @@ class Refinement:
         """Displacements ``(n, 3)`` after some steps from those of the linear method."""
         prepared = self._prepared
         scale = prepared.field.scales()
-        group, rotations = self._group.copy(), np.empty((len(self._group), 3, 3))
+        group = self._group.copy()
+        rotations = prepared.field.rotations()(np.arange(len(group)))
         for vertices in prepared.guided():
             group[vertices] = GIVEN
-            rotations[vertices] = prepared.field.rotations(vertices)
         for _ in range(prepared.settings.steps):
             self._fit(rotations, displacement, group)
             gradient = self._gradient(rotations, scale)
@@ -85,6 +85,8 @@ class Refinement:
             self._prepared.surface.vertices,
             displacement,
             group,
+            rotations.copy(),
+            self._prepared.settings.follow,
             rotations,
         )
 

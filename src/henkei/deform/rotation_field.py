@@ -7,7 +7,7 @@ taken of a matrix again, and may exceed pi.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from henkei.mesh import Floats
 from henkei.solve.factor import Backend
 from henkei.topology import Ints
 
-EVERYWHERE = slice(None)
+RotationsOf = Callable[[NDArray[np.integer]], Floats]
 
 
 class RotationField:
@@ -62,9 +62,10 @@ class RotationField:
         self._late += [body.vertices for body in bodies]
         self.weights = self._interpolated()
 
-    def rotations(self, vertices: NDArray[np.integer] | slice = EVERYWHERE) -> Floats:
-        """Rotation matrices ``(n, 3, 3)`` of all vertices, or of some."""
-        return matrices_from_vectors(self.weights[vertices] @ self._vectors())
+    def rotations(self) -> RotationsOf:
+        """A function that gives the rotation matrices ``(k, 3, 3)`` of vertices as they are now."""
+        weights, vectors = self.weights, self._vectors()
+        return lambda vertices: matrices_from_vectors(weights[vertices] @ vectors)
 
     def scales(self) -> Floats | None:
         """Scales ``(n,)``, their logarithms interpolated as rotations are; None if all are 1."""

@@ -25,6 +25,8 @@ class Settings:
         keep their length, in (0, 1).
     reach : length, as a fraction of the root of the area, above which the refined method keeps
         edges rather than curvature.
+    follow : in the refined method, how much the rotation of a vertex follows those of its
+        neighbours; without, it is unstable where triangles are thin.
     keep_volume : in the refined method, whether a closed surface keeps the volume it encloses, as
         long as no handle is scaled.
     solver : a name :func:`henkei.solve.factor_spd` knows, or ``"auto"``.
@@ -40,6 +42,7 @@ class Settings:
     steps: int = 3
     smoothness: float = 0.5
     reach: float = 0.03
+    follow: float = 0.2
     keep_volume: bool = True
     solver: Backend = "auto"
 
@@ -50,6 +53,7 @@ class Settings:
             ("steps", 0, 1000),
             ("smoothness", 1e-6, 1 - 1e-6),
             ("reach", 1e-6, 1e6),
+            ("follow", 0, 1e6),
         ):
             value = getattr(self, name)
             kind = int if name == "steps" else (int, float)

@@ -45,12 +45,9 @@ FORMATS = [
     Format("glTF", (".glb", ".gltf"), "gltf", "gltf_write", starts=re.compile(rb"glTF")),
     Format("VTK", (".vtk",), "vtk_legacy", "vtk_legacy", starts=re.compile(rb"# vtk DataFile")),
     Format("VTK XML", (".vtp",), "vtp", "vtp", starts=re.compile(rb'.*<VTKFile type="Poly', re.S)),
-    Format(
-        "meshio",
-        (".vtu", ".inp", ".bdf", ".fem", ".nas", ".msh", ".mesh", ".su2", ".avs"),
-        "others",
-        "others",
-    ),
+    Format("Abaqus", (".inp",), "cae", "others"),
+    Format("Nastran", (".bdf", ".nas", ".dat", ".fem"), "cae", "others"),
+    Format("meshio", (".vtu", ".msh", ".mesh", ".su2", ".avs"), "cae", "others"),
 ]
 BY_SUFFIX = {suffix: known for known in FORMATS for suffix in known.suffixes}
 
@@ -58,11 +55,13 @@ BY_SUFFIX = {suffix: known for known in FORMATS for suffix in known.suffixes}
 def read(path: str | os.PathLike[str]) -> Mesh | PolygonMesh:
     """The surface in a file: a :class:`Mesh` if all faces are triangles, else a polygon mesh.
 
-    The extension tells the format: OBJ, PLY, STL, OFF, glTF (.glb, .gltf), VTK (.vtk, .vtp); with
-    ``henkei[formats]`` also the surfaces of what meshio reads (.vtu, .inp, .bdf, .msh and others).
-    Nothing is merged, reordered or split; STL alone, which has no vertices of its own, gets one for
-    all corners with exactly the same coordinates. Texture seams stay in the corner attribute
-    ``uv``. Which attributes a format gives is said in its module: ``henkei.io.obj`` and so on.
+    The extension tells the format: OBJ, PLY, STL, OFF, glTF (.glb, .gltf), VTK (.vtk, .vtp); of
+    Abaqus (.inp), Nastran (.bdf, .nas, .dat, .fem) and, with ``henkei[formats]``, what meshio reads
+    (.vtu, .msh and others) the shell elements and the skin of the solids, see
+    :func:`henkei.io.cae.read_model`, which keeps the rest of the model too. Nothing is
+    merged, reordered or split; STL alone, which has no vertices of its own, gets one for all
+    corners with exactly the same coordinates. Texture seams stay in the corner attribute ``uv``.
+    Which attributes a format gives is said in its module: ``henkei.io.obj`` and so on.
 
     Raises
     ------
@@ -125,7 +124,7 @@ def write(path: str | os.PathLike[str], surface: Surface, *, text: bool = False)
 def _check_content(path: Path, start: bytes, named: Format) -> None:
     """Refuse a file whose first bytes are those of another format."""
     for other in FORMATS:
-        if not other.starts or named.reader in (other.reader, "others"):
+        if not other.starts or named.reader in (other.reader, "cae"):
             continue
         if other.starts.match(start):
             raise InvalidFile(

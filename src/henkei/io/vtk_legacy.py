@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from henkei.errors import InvalidFile
+from henkei.io import cae
 from henkei.io.assemble import assemble, warn_of_dropped
 from henkei.io.text import Positions, Text
 from henkei.mesh import Attributes, Surface
@@ -25,6 +26,7 @@ TYPES = {
     "unsigned_int": "u4", "int": "i4", "unsigned_long": "u8", "long": "i8",
     "float": "f4", "double": "f8", "vtkidtype": "i4", "vtktypeint64": "i8",
     "vtktypeint32": "i4", "vtktypeuint8": "u1", "vtktypeuint64": "u8", "vtktypeuint32": "u4",
+    "vtktypeint8": "i1", "vtktypeint16": "i2", "vtktypeuint16": "u2",
 }  # fmt: skip
 HEADER = re.compile(
     rb"# vtk DataFile Version (\d{1,3})\.\d+[^\n]*\n[^\n]*\n(ASCII|BINARY)[ \t\r]*\n"
@@ -37,19 +39,29 @@ WIDTHS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9}
 def decode(path: Path, data: bytes) -> Surface:
     """The surface of a legacy VTK file; points and lines are left out.
 
+    Of a grid with solids, that is their skin; see :func:`henkei.io.cae.read_model`.
+
     Arrays of points and cells become attributes of vertices and faces under their names, normals
     and texture coordinates as ``normal`` and ``uv``.
     """
-    content = _Content(path, data)
+    content = content_of(path, data)
+    if len(np.setdiff1d(content.types, POINTS_AND_LINES + FACES)):
+        return cae.decode(path, data)
+    indices, sizes, cells = content.polygons()
+    face = {n: v[cells] for n, v in content.face.items() if len(v) > cells.max(initial=-1)}
+    vertex = {n: v for n, v in content.vertex.items() if len(v) == len(content.points)}
+    return assemble(path, content.points, indices, sizes, Attributes(vertex=vertex, face=face))
+
+
+def content_of(path: Path, data: bytes) -> Content:
+    """All sections of a file, read."""
+    content = Content(path, data)
     try:
         content.read()
     except (ValueError, KeyError, IndexError) as error:
         where = f"byte {content.position}"
         raise InvalidFile(f"{path}, {where}: damaged or not understood ({error})") from None
-    indices, sizes, cells = content.polygons()
-    face = {n: v[cells] for n, v in content.face.items() if len(v) > cells.max(initial=-1)}
-    vertex = {n: v for n, v in content.vertex.items() if len(v) == len(content.points)}
-    return assemble(path, content.points, indices, sizes, Attributes(vertex=vertex, face=face))
+    return content
 
 
 @dataclass
@@ -58,7 +70,7 @@ class _Cells:
     sizes: Positions = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
 
-class _Content:
+class Content:
     """A file, read section by section."""
 
     def __init__(self, path: Path, data: bytes) -> None:
@@ -217,12 +229,6 @@ class _Content:
         cells = self.cells["CELLS"]
         if len(self.types) != len(cells.sizes):
             raise InvalidFile(f"{self.path}: damaged, CELLS and CELL_TYPES differ in number")
-        unread = np.setdiff1d(self.types, POINTS_AND_LINES + FACES)
-        if len(unread):
-            raise InvalidFile(
-                f"{self.path}: the grid has cells of VTK type {unread[0]}; only triangles, quads "
-                "and polygons are read: extract the surface first"
-            )
         is_face = np.isin(self.types, FACES)
         return (
             cells.indices[np.repeat(is_face, cells.sizes)],
@@ -250,8 +256,8 @@ def encode(path: Path, surface: Surface) -> Iterator[bytes]:
     rows = np.insert(surface.indices, surface.offsets[:-1], sizes)
     yield f"\nPOLYGONS {faces} {len(rows)}\n".encode("ascii") + rows.astype(">i4").tobytes() + b"\n"
     attributes = surface.attributes
-    yield from _attributes("POINT_DATA", count, attributes.vertex)
-    yield from _attributes("CELL_DATA", faces, attributes.face)
+    yield from attribute_blocks("POINT_DATA", count, attributes.vertex)
+    yield from attribute_blocks("CELL_DATA", faces, attributes.face)
     vertex, face = (
         {name for name, values in domain.items() if _plain(values) is not None}
         for domain in (attributes.vertex, attributes.face)
@@ -265,7 +271,8 @@ def _plain(values: NDArray[Any]) -> NDArray[Any] | None:
     return values.reshape(len(values), -1) if values.dtype.str[1:] in WRITTEN else None
 
 
-def _attributes(section: str, rows: int, given: Mapping[str, NDArray[Any]]) -> Iterator[bytes]:
+def attribute_blocks(section: str, rows: int, given: Mapping[str, NDArray[Any]]) -> Iterator[bytes]:
+    """A section of arrays by name, of those types that the format has."""
     tables = {n: table for n, values in given.items() if (table := _plain(values)) is not None}
     if not tables:
         return

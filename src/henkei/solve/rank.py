@@ -85,6 +85,6 @@ def _dependence(rows: csr_array[np.float64]) -> tuple[Indices, Indices, Floats]:
     dependent = np.setdiff1d(np.arange(len(dense)), independent).astype(np.int64)
     if not len(dependent) or not kept:
         return independent, dependent, np.zeros((len(dependent), len(kept)))
-    solved: Floats = np.linalg.lstsq(dense[independent].T, dense[dependent].T, rcond=None)[0].T
+    solved = np.asarray(np.linalg.lstsq(dense[independent].T, dense[dependent].T)[0].T, np.float64)
     solved[np.abs(solved) < DEPENDENT] = 0
     return independent, dependent, solved

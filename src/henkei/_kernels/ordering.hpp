@@ -1,0 +1,14 @@
+// Orders of elimination that keep a Cholesky factor sparse.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "elimination.hpp"
+
+namespace henkei {
+
+// The unknowns in the order in which to eliminate them. The pattern's diagonal does not matter.
+std::vector<int32_t> minimum_degree(const Pattern& pattern);
+
+}  // namespace henkei
