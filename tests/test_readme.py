@@ -14,6 +14,10 @@ from henkei.cli import main
 from henkei.shapes import grid, icosphere, quadruped, random_disk
 
 README = Path(__file__).resolve().parents[1] / "README.md"
+CHANGE = """{
+  "fixed": [{"box": [[0, null, null], [0, null, null]]}],
+  "handles": [{"name": "edge", "region": {"box": [[1, null, null], [1, null, null]]}}]
+}"""
 
 
 def blocks(language: str) -> list[str]:
@@ -36,6 +40,14 @@ def test_python_that_registers(tmp_path, monkeypatch, capsys):
     assert Path("rise.glb").exists()
 
 
+def test_python_that_deforms(tmp_path, monkeypatch, capsys):
+    feature_error, strain = map(float, printed(2, tmp_path, monkeypatch, capsys))
+    assert feature_error < 1e-12
+    assert strain > 0
+    radii = [hole.circle.radius for hole in hk.find_features("bumper.ply").holes if hole.circle]
+    assert max(radii) == pytest.approx(80, rel=1e-9)
+
+
 def printed(block, tmp_path, monkeypatch, capsys) -> list[str]:
     """The words that a block of Python prints, run in an empty folder."""
     monkeypatch.chdir(tmp_path)
@@ -53,7 +65,11 @@ def test_commands(tmp_path, monkeypatch, capsys):
         hk.write(f"scans/{name}.obj", ball(height))
     lines = "".join(blocks("sh")).splitlines()
     commands = [shlex.split(line, comments=True) for line in lines if line.startswith("henkei ")]
-    assert {command[1] for command in commands} == {"info", "combine", "morph", "register", "stats"}
+    assert {command[1] for command in commands} == {
+        *("info", "combine", "morph", "register", "stats", "features", "deform")
+    }
+    hk.write("panel.obj", grid(6, 4))
+    Path("change.json").write_text(CHANGE)
     first = next(i for i, command in enumerate(commands) if command[1] == "register")
     for i, command in enumerate(commands):
         if i == first:  # from here on they are closed
@@ -66,6 +82,7 @@ def test_commands(tmp_path, monkeypatch, capsys):
     np.testing.assert_array_equal(hk.read("c_b.ply").vertices, c.vertices_b)
     assert hk.load("r.npz").quality.landmark_error < 1e-9
     assert len(hk.load("stats/model.npz").scores) == 3
+    assert hk.read("bent_0005.obj").vertices[:, 2].max() == 20
 
 
 def ball(height: float) -> hk.Mesh:

@@ -30,14 +30,17 @@ if TYPE_CHECKING:
     from henkei.mesh import Attributes, Mesh, PolygonMesh
     from henkei.morph import write_morph
     from henkei.morph.targets import blend, write_targets
+    from henkei.recipes.deform import DeformRecipe
     from henkei.register import Registration, register
     from henkei.statistics import ShapeModel, procrustes, shape_model
+    from henkei.workflows.deform_by_recipe import deform_by_recipe
     from henkei.workflows.diagnose import diagnose
     from henkei.workflows.results import load, save
 
 __all__ = [
     "Attributes",
     "CombinedMesh",
+    "DeformRecipe",
     "Deformer",
     "FormFeatures",
     "Mesh",
@@ -46,6 +49,7 @@ __all__ = [
     "ShapeModel",
     "blend",
     "combine",
+    "deform_by_recipe",
     "diagnose",
     "element_quality",
     "errors",
@@ -89,8 +93,10 @@ _HOMES = {
     "henkei.mesh": ("Attributes", "Mesh", "PolygonMesh"),
     "henkei.morph": ("write_morph",),
     "henkei.morph.targets": ("blend", "write_targets"),
+    "henkei.recipes.deform": ("DeformRecipe",),
     "henkei.register": ("Registration", "register"),
     "henkei.statistics": ("ShapeModel", "procrustes", "shape_model"),
+    "henkei.workflows.deform_by_recipe": ("deform_by_recipe",),
     "henkei.workflows.diagnose": ("diagnose",),
     "henkei.workflows.results": ("load", "save"),
 }

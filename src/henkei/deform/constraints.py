@@ -248,7 +248,9 @@ def _straight(feature: Feature) -> None:
     axes = np.linalg.svd(offsets, full_matrices=False)[2]
     beside = offsets - np.outer(offsets @ axes[0], axes[0])
     size = np.abs(offsets @ axes[0]).max()
-    if not size or np.linalg.norm(beside, axis=1).max() > FLAT * size:
+    if not size:
+        raise InvalidInput(f"{feature.name!r} is one point, not a line; keep='rigid' holds it")
+    if np.linalg.norm(beside, axis=1).max() > FLAT * size:
         raise InvalidInput(
             f"{feature.name!r} is not straight: it leaves its line by "
             f"{np.linalg.norm(beside, axis=1).max():.3g}; choose a straight line, or keep='rigid'"
@@ -257,7 +259,10 @@ def _straight(feature: Feature) -> None:
 
 
 def _round(feature: Feature) -> None:
-    circle = fitted_circle(feature.rest)
+    try:
+        circle = fitted_circle(feature.rest)
+    except InvalidInput as error:
+        raise InvalidInput(f"{feature.name!r}: {error}") from None
     feature.centre, feature.axis, feature.rest_radius = circle.centre, circle.axis, circle.radius
 
 

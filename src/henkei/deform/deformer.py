@@ -55,7 +55,9 @@ class Deformer:
         from henkei.interchange import surface_from
 
         self.mesh: Surface = mesh if isinstance(mesh, Surface) else surface_from(mesh)
-        self.settings = settings or Settings()
+        self.settings = Settings() if settings is None else settings
+        if not isinstance(self.settings, Settings):
+            raise InvalidInput(f"settings must be henkei.deform.Settings, not {settings!r}")
         require_measurable_faces(self.mesh)
         self._bodies: list[Fixed | Handle | Feature] = []
         self._pins: list[Pin] = []
@@ -191,7 +193,7 @@ class Deformer:
         InvalidInput : not two different hard features of this deformer.
         """
         for feature in (first, second):
-            if feature not in self._bodies or feature.weight is not None:
+            if feature not in self.features or feature.weight is not None:
                 raise InvalidInput("an offset is kept between two hard features of this deformer")
         if first is second:
             raise InvalidInput(f"{first.name!r} has no offset to itself; give two features")
@@ -228,6 +230,7 @@ class Deformer:
         ------
         InvalidInput : nothing is fixed, or a connected piece of the surface is held by nothing.
         """
+        _require_known(method)
         self._prepared = Prepared(
             self.mesh,
             self.settings,
@@ -255,8 +258,7 @@ class Deformer:
         Infeasible : constraints contradict each other; the message names them.
         InvalidInput : as :meth:`prepare`, which is called if it has not been.
         """
-        if method not in ("linear", "refined"):
-            raise InvalidInput(f"method must be 'linear' or 'refined', not {method!r}")
+        _require_known(method)
         prepared = self._ready()
         positions = self.mesh.vertices + prepared.solve(method)
         self._solution = Solution(
@@ -264,6 +266,7 @@ class Deformer:
             [copy(body) for body in self._bodies],
             [copy(pin) for pin in self._pins],
             prepared.turned,
+            prepared.field.rotations(),
             method,
             *prepared.solver,
         )
@@ -344,9 +347,11 @@ class Deformer:
             or item.weight is not None
             or self._symmetry is not None
             or sum(map(len, on_top)) > ON_TOP
+            or self._prepared is None
+            or not self._prepared.takes(item)
         ):
             self._changed()
-        elif self._prepared is not None:
+        else:
             self._late.append(item)
 
     def _changed(self) -> None:
@@ -358,6 +363,11 @@ class Deformer:
 
     def _region(self, region: Any, name: str) -> Any:
         return checked_region(region, len(self.mesh.vertices), name)
+
+
+def _require_known(method: str) -> None:
+    if method not in ("linear", "refined"):
+        raise InvalidInput(f"method must be 'linear' or 'refined', not {method!r}")
 
 
 def _checked_weight(weight: float | None, name: str) -> float | None:

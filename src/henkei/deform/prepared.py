@@ -66,12 +66,13 @@ class Prepared:
         self._penalties = penalties(count, self.soft.edges, bodies, pins)
 
         progress("interpolating rotations", 0.1)
-        turning = _without_overlaps(bodies)
+        self._turning = turning = _without_overlaps(bodies)
+        self._turning_groups = _groups(turning, offsets)
         self.field = RotationField(
             self._averaged(self.soft.laplacian),
             self.soft.edges,
             turning,
-            _groups(turning, offsets),
+            self._turning_groups,
             settings.solver,
         )
 
@@ -104,6 +105,14 @@ class Prepared:
             progress("factoring the refined system", 0.9)
             self._refinement = Refinement(self, self._factored)
         return self._refinement
+
+    def takes(self, item: Late) -> bool:
+        """Whether :meth:`add` gives what a fresh preparation would."""
+        if isinstance(item, Pin):
+            return True
+        soft = [body.vertices for body in self._turning if body.weight is not None]
+        apart = not any(np.isin(item.vertices, vertices).any() for vertices in soft)
+        return apart and self.field.takes(item.vertices)
 
     def add(self, items: Sequence[Late]) -> None:
         """More fixed regions, handles and pins, as rows on top of what is factored."""
@@ -154,16 +163,15 @@ class Prepared:
     def together(self) -> list[Region]:
         """Vertices that turn as one: those of a feature, or of several that keep their offset."""
         groups: dict[int, list[Region]] = {}
-        for body, group in self._hard:
+        for body, group in zip(self._turning, self._turning_groups, strict=True):
             if isinstance(body, Feature):
                 groups.setdefault(group, []).append(body.vertices)
         return [np.concatenate(regions) for regions in groups.values()]
 
     def guided(self) -> list[Region]:
-        """Vertices of hard fixed regions and handles: their turn is given."""
-        late = [item for item in self.late if not isinstance(item, Pin)]
-        bodies = [body for body, _ in self._hard if not isinstance(body, Feature)]
-        return [body.vertices for body in (*bodies, *late)]
+        """Vertices of fixed regions and handles: their turn is given."""
+        bodies = [*self._turning, *(item for item in self.late if not isinstance(item, Pin))]
+        return [body.vertices for body in bodies if not isinstance(body, Feature)]
 
     def _hard_rows(self, items: Sequence[Late]) -> HardRows | None:
         if not items:

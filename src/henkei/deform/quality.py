@@ -27,7 +27,7 @@ class DeformQuality:
     feature_error : largest distance of a hard feature's vertex from its shape, turned and moved to
         fit best; for planes and lines, what their distance from the best plane or line grew by.
     soft_position_error : the same as the first for soft regions, handles and pins.
-    flipped : triangles that face against their turned normal.
+    flipped : triangles that face against their normal, turned as the handles around them are.
     strain : change of edge lengths as a fraction, that 99 % of the edges don't exceed.
     area_change : of the whole surface, as a fraction.
     volume_change : of what a closed surface encloses, as a fraction; None where it is open.
@@ -49,12 +49,16 @@ class DeformQuality:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Positions ``(n, 3)`` and what was asked for at the time."""
+    """Positions ``(n, 3)``, rotations of vertices, and what was asked for at the time.
+
+    field : the rotations that were interpolated between handles, whatever was fitted since.
+    """
 
     positions: Floats
     bodies: Sequence[Body]
     pins: Sequence[Pin]
     rotations: RotationsOf
+    field: RotationsOf
     method: str
     backend: str
     residual: float
@@ -76,7 +80,7 @@ def measured(surface: Surface, solution: Solution) -> DeformQuality:
     for pin in solution.pins:
         gap = pin.coefficients @ positions[pin.vertices] - pin.target
         missed[pin.weight is not None].append(float(np.linalg.norm(gap)))
-    rotations = solution.rotations(np.arange(len(rest)))
+    rotations = solution.field(np.arange(len(rest)))
     triangles, share = triangles_of(surface)
     before, after = _crosses(rest, triangles), _crosses(positions, triangles)
     turned = np.einsum("tij,tj->ti", rotations[triangles].sum(axis=1), before)

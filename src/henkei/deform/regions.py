@@ -18,7 +18,12 @@ from henkei.topology import Ints
 
 def checked_region(region: Any, count: int, name: str) -> Region:
     """Sorted vertex indices of a region given as indices, mask or an object with ``vertices``."""
-    given = np.asarray(getattr(region, "vertices", region))
+    try:
+        given = np.asarray(getattr(region, "vertices", region))
+    except ValueError:
+        raise InvalidInput(
+            f"region {name!r} must hold vertex indices, not rows of different lengths"
+        ) from None
     if given.dtype == bool:
         if given.shape != (count,):
             raise InvalidInput(
@@ -47,19 +52,24 @@ def checked_point(point: Any, surface: Surface, name: str) -> tuple[Region, Floa
     """
     if isinstance(point, int | np.integer) and not isinstance(point, bool):
         return checked_region([int(point)], len(surface.vertices), name), np.ones(1)
+    no_point = InvalidInput(
+        f"{name!r}: a point is a vertex index, ((i, j), t) on an edge, or (face, weights) with a "
+        f"weight for each corner, not {point!r}"
+    )
     try:
-        where, weights = point
+        where, weights = (np.asarray(part) for part in point)
+        coefficients = weights.astype(np.float64)
     except (TypeError, ValueError):
-        raise InvalidInput(_POINT.format(name=name, point=point)) from None
-    if np.ndim(where) == 1 and np.ndim(weights) == 0:
-        vertices = np.array([int(v) for v in where])
-        coefficients = np.array([float(weights), 1 - float(weights)])
-        _require_edge(vertices, surface, name)
+        raise no_point from None
+    if where.dtype.kind not in "iu" or where.ndim + coefficients.ndim != 1:
+        raise no_point
+    if where.ndim:
+        vertices = _edge(where, surface, name)
+        coefficients = np.array([coefficients, 1 - coefficients])
     else:
-        coefficients = np.array(weights, dtype=np.float64).ravel()
-        vertices = _corners(where, surface, name)
+        vertices = _corners(int(where), surface, name)
     if len(vertices) != len(coefficients) or not np.isfinite(coefficients).all():
-        raise InvalidInput(_POINT.format(name=name, point=point))
+        raise no_point
     if abs(coefficients.sum() - 1) > 1e-9 or (coefficients < -1e-9).any():
         raise InvalidInput(
             f"{name!r}: weights {coefficients.tolist()} must be at least 0 and add up to 1"
@@ -68,20 +78,15 @@ def checked_point(point: Any, surface: Surface, name: str) -> tuple[Region, Floa
     return vertices[kept].astype(np.int64), coefficients[kept] / coefficients[kept].sum()
 
 
-_POINT = (
-    "{name!r}: a point is a vertex index, ((i, j), t) on an edge, or (face, weights) with a weight "
-    "for each corner, not {point!r}"
-)
-
-
-def _require_edge(vertices: Region, surface: Surface, name: str) -> None:
+def _edge(vertices: Region, surface: Surface, name: str) -> Region:
     edge = np.sort(vertices)
     if len(edge) != 2 or not (surface.topology.edges == edge).all(axis=1).any():
         raise InvalidInput(f"{name!r}: {vertices.tolist()} is not an edge of the mesh")
+    return vertices
 
 
-def _corners(face: Any, surface: Surface, name: str) -> Region:
-    if not isinstance(face, int | np.integer) or not 0 <= face < surface.face_count:
+def _corners(face: int, surface: Surface, name: str) -> Region:
+    if not 0 <= face < surface.face_count:
         raise InvalidInput(
             f"{name!r}: there is no face {face!r} among {surface.face_count} (counted from 0)"
         )

@@ -50,9 +50,13 @@ class RotationField:
         ).astype(np.int32)
         reached = _reached(self._count, edges, bodies, held)
         freedom = turning_freedom(self._count, reached, bodies, groups)
-        self._free = np.diff(freedom.indptr) > 0
+        self._interpolates = np.diff(freedom.indptr) > 0
         self._system = System(laplacian, freedom, held, solver) if freedom.shape[1] else None
         self.weights = self._interpolated()
+
+    def takes(self, vertices: Region) -> bool:
+        """Whether the rotation of all these vertices is interpolated, so that it may be given."""
+        return bool(self._interpolates[vertices].all())
 
     def add(self, bodies: Sequence[Fixed | Handle]) -> None:
         """More regions whose rotation is given, on top of what is factored."""
@@ -92,7 +96,6 @@ class RotationField:
             return given
         system, targets = self._system, None
         late = np.concatenate([np.empty(0, np.int64), *self._late])
-        late = late[self._free[late]]
         if len(late):
             place = np.ones(len(late)), (np.arange(len(late)), late)
             system = system.with_rows(csr_array(place, shape=(len(late), self._count)))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from henkei.errors import InvalidInput
 from henkei.solve.factor import Backend
 
@@ -56,8 +58,11 @@ class Settings:
             ("follow", 0, 1e6),
         ):
             value = getattr(self, name)
-            kind = int if name == "steps" else (int, float)
+            kind = np.integer | int if name == "steps" else np.integer | np.floating | int | float
             if isinstance(value, bool) or not isinstance(value, kind) or not low <= value <= high:
                 raise InvalidInput(
                     f"{name} must be a number from {low:g} to {high:g}, not {value!r}"
                 )
+        for name in ("area_weighted", "keep_volume"):
+            if not isinstance(getattr(self, name), bool):
+                raise InvalidInput(f"{name} must be True or False, not {getattr(self, name)!r}")

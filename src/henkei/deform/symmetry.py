@@ -15,8 +15,16 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
-from henkei.deform.constraints import Feature, Fixed, Handle, Pin, Region
+from henkei.deform.constraints import (
+    Feature,
+    Fixed,
+    Handle,
+    Pin,
+    Region,
+    checked_vector,
+)
 from henkei.deform.hard import Body
+from henkei.deform.regions import require_apart
 from henkei.errors import Infeasible, InvalidInput, some
 from henkei.mesh import Floats, Surface
 from henkei.topology import Ints
@@ -36,20 +44,24 @@ class Symmetry:
     def __init__(
         self, surface: Surface, point: ArrayLike, normal: ArrayLike, tolerance: float | None
     ) -> None:
-        plane = np.array(point, dtype=np.float64), np.array(normal, dtype=np.float64)
-        if any(v.shape != (3,) or not np.isfinite(v).all() for v in plane):
-            raise InvalidInput("a plane of symmetry is a point and a normal of three numbers each")
-        length = np.linalg.norm(plane[1])
+        self.point = checked_vector(point, "the point of a plane of symmetry")
+        direction = checked_vector(normal, "the normal of a plane of symmetry")
+        length = np.linalg.norm(direction)
         if not length:
             raise InvalidInput("the normal of the plane of symmetry is zero")
-        self.point, self.normal = plane[0], plane[1] / length
+        if tolerance is not None and not 0 <= tolerance < np.inf:
+            raise InvalidInput(f"tolerance must be a distance of at least 0, not {tolerance!r}")
+        self.normal = direction / length
         self.reflection = np.eye(3) - 2 * np.outer(self.normal, self.normal)
         self._diagonal = surface.diagonal
         self.partner = _partners(
-            surface, self.image(surface.vertices), tolerance or NEAR * surface.diagonal
+            surface,
+            self.image(surface.vertices),
+            NEAR * surface.diagonal if tolerance is None else tolerance,
         )
         self._twins: list[tuple[Body | Pin, Body | Pin]] = []
         self._own: list[Handle | Pin] = []
+        self._pairs: list[tuple[Body, Body]] = []
 
     def image(self, points: Floats) -> Floats:
         """Mirror images of points."""
@@ -70,8 +82,8 @@ class Symmetry:
         self, bodies: Sequence[Body], pins: Sequence[Pin]
     ) -> tuple[list[Body], list[Pin]]:
         """All bodies and pins, with twins for those that are not their own mirror images."""
-        self._twins, self._own = [], []
-        twins = [self._twin_body(body) for body in bodies]
+        self._twins, self._own, self._pairs = [], [], []
+        twins = [self._twin_body(body, bodies) for body in bodies]
         twin_pins = [self._twin_pin(pin) for pin in pins]
         return (
             [*bodies, *(twin for twin in twins if twin is not None)],
@@ -80,7 +92,7 @@ class Symmetry:
 
     def twin_of(self, body: Feature) -> Feature:
         """The twin of a feature; itself if it is its own."""
-        found = [twin for source, twin in self._twins if source is body]
+        found = [twin for source, twin in (*self._twins, *self._pairs) if source is body]
         return found[0] if found and isinstance(found[0], Feature) else body
 
     def ways(self, handle: Handle) -> Floats:
@@ -93,10 +105,13 @@ class Symmetry:
 
         Raises
         ------
-        Infeasible : what is its own mirror image would leave the plane.
+        Infeasible : what is its own mirror image would leave the plane, or two that are mirror
+            images of each other differ.
         """
         for item in self._own:
             self._require_within(item)
+        for first, second in self._pairs:
+            self._require_alike(first, second)
         for source, twin in self._twins:
             if isinstance(twin, Handle) and isinstance(source, Handle):
                 twin.translation = source.translation @ self.reflection
@@ -107,7 +122,7 @@ class Symmetry:
             elif isinstance(twin, Pin) and isinstance(source, Pin):
                 twin.target = self.image(source.target)
 
-    def _twin_body(self, body: Body) -> Body | None:
+    def _twin_body(self, body: Body, bodies: Sequence[Body]) -> Body | None:
         vertices = np.sort(self.partner[body.vertices]).astype(np.int64)
         shared = np.intersect1d(vertices, body.vertices)
         if len(shared) == len(vertices):
@@ -123,9 +138,15 @@ class Symmetry:
         if isinstance(body, Fixed):
             vertices = np.setdiff1d(vertices, body.vertices)
             return Fixed(name, vertices, body.weight)
+        for other in bodies:
+            if type(other) is type(body) and np.array_equal(other.vertices, vertices):
+                self._pairs.append((body, other))
+                return None
         order = np.argsort(self.partner[body.vertices])
         rest = self.image(body.rest)[order]
         twin = dataclasses.replace(body, name=name, vertices=vertices, rest=rest)
+        if body.weight is None:
+            require_apart(twin, [other for other in bodies if other.weight is None])
         self._twins.append((body, twin))
         return twin
 
@@ -144,6 +165,26 @@ class Symmetry:
         )
         self._twins.append((pin, twin))
         return twin
+
+    def _require_alike(self, first: Body, second: Body) -> None:
+        """Both sides are named: they must ask for the same."""
+        differs = 0.0
+        if isinstance(first, Feature) and isinstance(second, Feature):
+            mirrored = self.reflection @ first.shape @ self.reflection
+            differs = float(np.abs(mirrored - second.shape).max())
+        elif isinstance(first, Handle) and isinstance(second, Handle):
+            shift = first.translation @ self.reflection - second.translation
+            turn = -first.rotation @ self.reflection - second.rotation
+            differs = max(
+                float(np.abs(shift).max()) / self._diagonal,
+                float(np.abs(turn).max()),
+                abs(first.scale - second.scale),
+            )
+        if differs > ACROSS:
+            raise Infeasible(
+                f"{first.name!r} and {second.name!r} are mirror images of each other but ask for "
+                "different things; move or scale them alike, or name one of them only"
+            )
 
     def _require_within(self, item: Handle | Pin) -> None:
         if isinstance(item, Pin):

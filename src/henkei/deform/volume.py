@@ -9,7 +9,7 @@ import numpy as np
 from henkei.deform.soft import triangles_of
 from henkei.mesh import Floats, Surface
 
-STEPS = 3
+STEPS = 8
 
 
 class Volume:

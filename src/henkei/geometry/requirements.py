@@ -359,7 +359,12 @@ def _pairs(edges: Ints) -> list[str]:
 
 MANIFOLD: list[list[Check]] = [[not_degenerate], [manifold]]
 ORIENTED: list[list[Check]] = [*MANIFOLD, [oriented]]
-MEASURABLE_FACES: list[list[Check]] = [[has_faces, finite], [measurable], [not_degenerate], [with_area]]
+MEASURABLE_FACES: list[list[Check]] = [
+    [has_faces, finite],
+    [measurable],
+    [not_degenerate],
+    [with_area],
+]
 _PIECE: list[list[Check]] = [[has_faces, finite], [measurable], *ORIENTED, [connected]]
 DISK_WITH_HOLES: list[list[Check]] = [*_PIECE, [has_boundary, no_handles]]
 DISK: list[list[Check]] = [*_PIECE, [has_boundary, no_handles, one_loop]]

@@ -10,8 +10,22 @@ from henkei.shapes.mediators import (
     mediator_landmarks,
     quadruped,
 )
+from henkei.shapes.panels import (
+    bumper,
+    bumper_parts,
+    door_panel,
+    door_panel_parts,
+    plate_with_holes,
+)
+from henkei.shapes.profiles import bar, bracket
 
 __all__ = [
+    "bar",
+    "bracket",
+    "bumper",
+    "bumper_parts",
+    "door_panel",
+    "door_panel_parts",
     "grid",
     "head",
     "head_features",
@@ -21,6 +35,7 @@ __all__ = [
     "icosphere",
     "mediator",
     "mediator_landmarks",
+    "plate_with_holes",
     "quadruped",
     "random_blob",
     "random_disk",

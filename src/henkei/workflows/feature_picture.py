@@ -62,7 +62,7 @@ def features_picture(
         raise InvalidInput(f"there is no view {view!r}; choose from {', '.join(VIEWS)}")
     surface = _numbered_triangles(surface_from(mesh))
     painted = _painted(surface, features)
-    first = np.array(VIEWS[view]) if view else _facing(surface)
+    first = np.array(VIEWS[view]) if view else facing(surface)
     sides = [_side(surface, painted, features, direction) for direction in (first, -first)]
     picture = image.fromarray(np.concatenate(sides, axis=1))
     with whole(path) as stream:
@@ -125,7 +125,7 @@ def _tubes(segments: Floats, radius: float) -> tuple[Floats, NDArray[np.int64]]:
     return points.reshape(-1, 3), faces.reshape(-1, 3)
 
 
-def _facing(mesh: Mesh) -> Floats:
+def facing(mesh: Surface) -> Floats:
     """A direction near that in which the mesh is thinnest, and a little to its sides."""
     points = mesh.vertices[np.unique(mesh.indices)]
     axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]

@@ -1,0 +1,138 @@
+"""What once got through, or was wrong in silence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import henkei as hk
+from bodies import together
+from henkei.errors import InvalidInput
+from henkei.shapes import random_disk
+from sheets import bar, plate
+
+MESH = bar()
+X = MESH.vertices[:, 0]
+
+
+def held() -> hk.Deformer:
+    d = hk.Deformer(MESH)
+    d.fix(X == 0, name="wall")
+    d.handle(X == 4, name="grip")
+    return d
+
+
+@pytest.mark.parametrize("seed", [1, 18, 31, 42])
+def test_a_tiny_move_stays_tiny_however_many_steps(seed):
+    mesh = random_disk(seed, 120, relief=0.3)
+    x = mesh.vertices[:, 0]
+    d = hk.Deformer(mesh, hk.deform.Settings(steps=100))
+    d.fix(x < -0.7)
+    d.handle(x > 0.7).move((0, 0, 1e-6), (0, 1e-6, 0))
+    linear = np.abs(d.solve() - mesh.vertices).max()
+    assert np.abs(d.solve("refined") - mesh.vertices).max() < 2 * linear
+
+
+@pytest.mark.parametrize(
+    "point",
+    ["ab", (("a", "b"), 0.5), ((1.5, 2), 0.5), (3, (0.5, (0.5, 0.5))), ((0, 1), "x"), (3, "abc")],
+)
+def test_points_that_are_none(point):
+    with pytest.raises(InvalidInput, match="'spot': a point is a vertex index"):
+        held().pin(point, name="spot")
+
+
+def test_ragged_regions():
+    with pytest.raises(InvalidInput, match="'wall' must hold vertex indices"):
+        hk.Deformer(MESH).fix([[1, 2], [3]], name="wall")
+
+
+@pytest.mark.parametrize("point", ["abc", (0, (1, 2), 0)])
+def test_planes_that_are_none(point):
+    with pytest.raises(InvalidInput, match="a plane of symmetry must be three finite numbers"):
+        held().symmetry(point, (1, 0, 0))
+
+
+def test_offsets_to_a_handle():
+    d = held()
+    with pytest.raises(InvalidInput, match="between two hard features"):
+        d.keep_offset(d.feature([50]), d.handles[0])
+
+
+def test_prepare_for_an_unknown_method():
+    with pytest.raises(InvalidInput, match="method must be 'linear' or 'refined', not 'fast'"):
+        held().prepare(method="fast")
+
+
+def test_settings_of_another_kind():
+    with pytest.raises(InvalidInput):
+        hk.Deformer(MESH, {"steps": 3})
+
+
+def test_numbers_of_numpy_are_numbers():
+    assert hk.deform.Settings(steps=np.int64(3)).steps == 3
+
+
+def test_quality_is_of_the_last_solution_whatever_came_after():
+    d = held()
+    d.handles[0].move((0, 0, 1))
+    d.solve()
+    d.handles[0].move((5, 5, 5))
+    assert d.quality.hard_position_error < 1e-12
+    d.pin(50, weight=1.0)
+    assert d.quality.hard_position_error < 1e-12
+
+
+def twice(make, method):
+    return [make(late).solve(method) for late in (True, False)]
+
+
+@pytest.mark.parametrize("method", ["linear", "refined"])
+def test_a_late_handle_over_a_soft_one(method):
+    def make(late):
+        d = held()
+        d.handles[0].move((0, 0.3, 0), (0, 0.5, 0))
+        d.handle(np.abs(X - 2) < 0.5, weight=0.5).move((0.1, 0, 0), (0, 0, 0.5))
+        if late:
+            d.prepare()
+        d.handle(np.flatnonzero(np.abs(X - 2) < 0.2)).move((0.2, 0, 0), (0.3, 0, 0))
+        return d
+
+    a, b = twice(make, method)
+    np.testing.assert_allclose(a, b, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", ["linear", "refined"])
+def test_a_late_handle_on_a_piece_that_only_a_pin_held(method):
+    mesh = together(MESH, hk.Mesh(MESH.vertices + np.array([0, 3, 0]), MESH.faces))
+
+    def make(late):
+        d = hk.Deformer(mesh)
+        d.fix(np.flatnonzero(X == 0))
+        d.pin(len(X))
+        if late:
+            d.prepare()
+        d.handle(len(X) + np.flatnonzero(X == 4)).move((0.2, 0, 0), (0.3, 0, 0))
+        return d
+
+    a, b = twice(make, method)
+    np.testing.assert_allclose(a, b, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["handle", "fix", "feature"])
+def test_refined_a_huge_weight_is_as_good_as_hard(kind):
+    mesh = plate()
+    x, y, _ = mesh.vertices.T
+    found = []
+    for weight in (None, 1e5):
+        d = hk.Deformer(mesh)
+        d.fix(x == -1)
+        d.handle(x == 1).move((0, 0.2, 0.3), (0.4, 0.6, 0))
+        region = (
+            np.hypot(x, y - 0.6) < 0.2 if kind != "feature" else mesh.topology.boundary_loops[1]
+        )
+        made = getattr(d, kind)(region, weight=weight)
+        if kind == "handle":
+            made.move((0, 0, 0.2), (0.5, 0, 0), 1.2)
+        found.append(d.solve("refined"))
+    assert np.abs(found[0] - found[1]).max() < 1e-4
