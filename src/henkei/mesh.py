@@ -96,8 +96,9 @@ class Surface(ABC):
         """Length of the bounding box's diagonal, over the vertices that faces use."""
         if not len(self.indices):
             return 0.0
-        used = self.vertices[self.indices]
-        return float(np.linalg.norm(used.max(axis=0) - used.min(axis=0)))
+        used = np.zeros(len(self.vertices), dtype=bool)
+        used[self.indices] = True
+        return float(np.linalg.norm(np.ptp(self.vertices[used], axis=0)))
 
     def _check(self) -> None:
         vertices = self.vertices

@@ -252,6 +252,17 @@ henkei::Pattern pattern_of(const Indices& start, const Indices& row) {
     return {int32_t(start.size() - 1), start.data(), row.data()};
 }
 
+auto ordered(const Indices& start, const Indices& row,
+             std::vector<int32_t> (*by)(const henkei::Pattern&)) {
+    const henkei::Pattern pattern = pattern_of(start, row);
+    std::vector<int32_t> order;
+    {
+        nb::gil_scoped_release release;
+        order = by(pattern);
+    }
+    return hand_over(std::move(order));
+}
+
 void factor(henkei::Cholesky* self, Indices start, Indices row, Numbers values, Indices order) {
     const henkei::Pattern pattern = pattern_of(start, row);
     require(values.size() == row.size(), "number of entries");
@@ -287,15 +298,11 @@ NB_MODULE(_kernels, m) {
         .def_prop_ro("entries", &henkei::Cholesky::entries);
     m.def(
         "minimum_degree",
-        [](Indices start, Indices row) {
-            const henkei::Pattern pattern = pattern_of(start, row);
-            std::vector<int32_t> order;
-            {
-                nb::gil_scoped_release release;
-                order = henkei::minimum_degree(pattern);
-            }
-            return hand_over(std::move(order));
-        },
+        [](Indices start, Indices row) { return ordered(start, row, henkei::minimum_degree); },
+        "start"_a, "row"_a);
+    m.def(
+        "nested_dissection",
+        [](Indices start, Indices row) { return ordered(start, row, henkei::nested_dissection); },
         "start"_a, "row"_a);
     m.def(
         "half_edge_twins",

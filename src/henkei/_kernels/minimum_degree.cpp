@@ -18,7 +18,7 @@ constexpr int32_t kNone = -1;
 
 class MinimumDegree {
   public:
-    explicit MinimumDegree(const Pattern& pattern);
+    MinimumDegree(const Pattern& pattern, const uint8_t* later);
     Ints run();
 
   private:
@@ -33,7 +33,11 @@ class MinimumDegree {
     bool alike(int32_t i, int32_t j) const;
     void join(int32_t i, int32_t into);
 
-    int32_t size_, left_, lowest_ = 0;
+    bool waits(int32_t i) const { return later_ != nullptr && later_[i]; }
+
+    int32_t size_;
+    const uint8_t* later_;  // unknowns that are not to be eliminated, or null
+    int32_t left_, lowest_ = 0;
     int64_t stamp_ = 1;
     // Neighbours of an unknown from start_ on: its elements, then other unknowns.
     std::vector<int64_t> start_;
@@ -52,8 +56,9 @@ class MinimumDegree {
     Ints pivots_, dense_, now_;
 };
 
-MinimumDegree::MinimumDegree(const Pattern& pattern)
+MinimumDegree::MinimumDegree(const Pattern& pattern, const uint8_t* later)
     : size_(pattern.size),
+      later_(later),
       left_(pattern.size),
       start_(size_ + 1, 0),
       elements_(size_, 0),
@@ -103,6 +108,7 @@ void MinimumDegree::set_dense_aside() {
 
 void MinimumDegree::insert(int32_t i, int32_t degree) {
     degree_[i] = degree;
+    if (waits(i)) return;
     next_[i] = head_[degree];
     last_[i] = kNone;
     if (head_[degree] != kNone) last_[head_[degree]] = i;
@@ -111,6 +117,7 @@ void MinimumDegree::insert(int32_t i, int32_t degree) {
 }
 
 void MinimumDegree::remove(int32_t i) {
+    if (waits(i)) return;
     if (next_[i] != kNone) last_[next_[i]] = last_[i];
     (last_[i] == kNone ? head_[degree_[i]] : next_[last_[i]]) = next_[i];
 }
@@ -193,7 +200,8 @@ void MinimumDegree::update(int32_t pivot, int32_t i) {
     hash += uint32_t(pivot);
     elements_[i] = int32_t(kept - start_[i]) + 1;
     length_[i] = int32_t(out - start_[i]);
-    if (length_[i] == 1) {  // no neighbours outside: eliminated together with the pivot
+    if (length_[i] == 1 &&
+        !waits(i)) {  // no neighbours outside: eliminated together with the pivot
         const int32_t weight = -weight_[i];
         degree_[pivot] -= weight;
         left_ -= weight;
@@ -210,7 +218,9 @@ void MinimumDegree::update(int32_t pivot, int32_t i) {
 
 // Whether i, whose neighbours are marked, has the same ones as j.
 bool MinimumDegree::alike(int32_t i, int32_t j) const {
-    if (length_[i] != length_[j] || elements_[i] != elements_[j]) return false;
+    if (length_[i] != length_[j] || elements_[i] != elements_[j] || waits(i) != waits(j)) {
+        return false;
+    }
     for (int64_t e = start_[j]; e < start_[j] + length_[j]; ++e) {
         if (mark_[list_[e]] != marks_) return false;
     }
@@ -263,11 +273,14 @@ void MinimumDegree::eliminate(int32_t pivot) {
 
 Ints MinimumDegree::run() {
     set_dense_aside();
+    int32_t last = 0;
     for (int32_t i = size_; i-- > 0;) {
-        if (weight_[i] != 0) insert(i, length_[i]);
+        if (weight_[i] == 0) continue;
+        insert(i, length_[i]);
+        last += waits(i);
     }
     lowest_ = 0;
-    while (left_ > 0) {
+    while (left_ > last) {
         while (head_[lowest_] == kNone) ++lowest_;
         const int32_t pivot = head_[lowest_];
         remove(pivot);
@@ -279,14 +292,20 @@ Ints MinimumDegree::run() {
     for (int32_t pivot : pivots_) {
         for (int32_t i = pivot; i != kNone; i = chain_[i]) order.push_back(i);
     }
-    order.insert(order.end(), dense_.begin(), dense_.end());
+    for (int32_t i : dense_) {
+        if (!waits(i)) order.push_back(i);
+    }
     return order;
 }
 
 }  // namespace
 
 std::vector<int32_t> minimum_degree(const Pattern& pattern) {
-    return MinimumDegree(pattern).run();
+    return minimum_degree_before(pattern, nullptr);
+}
+
+std::vector<int32_t> minimum_degree_before(const Pattern& pattern, const uint8_t* later) {
+    return MinimumDegree(pattern, later).run();
 }
 
 }  // namespace henkei

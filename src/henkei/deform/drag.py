@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from henkei._kernels import blended
+from henkei._kernels import blended, shifted
 from henkei.deform.constraints import Handle, checked_vector, continued
 from henkei.errors import InvalidInput
 from henkei.mesh import Floats
@@ -41,9 +41,7 @@ class Drag:
         self._axis, self._limit = direction / length, float(limit)
         self._translation, self._rotation = handle.translation.copy(), handle.rotation.copy()
         self._start = self._solved(np.zeros(3), 0.0)
-        step = prepared.surface.diagonal
-        steps = [self._solved(step * way, 0.0) - self._start for way in prepared.ways(handle)]
-        self._responses = np.stack(steps).reshape(3, -1) / step
+        self._response = self._translated()
         self._nodes = self._limit * (1 - np.cos(np.pi * np.arange(NODES) / (NODES - 1))) / 2
         self._turned: dict[int, Floats] = {}
 
@@ -64,16 +62,28 @@ class Drag:
             raise InvalidInput(
                 f"the drag was prepared for angles up to {self._limit:.6g}, not {angle!r}"
             )
-        start = self._start.reshape(-1)
-        positions = np.empty_like(self._start)
+        start, positions = self._start, np.empty_like(self._start)
         flat = positions.reshape(-1)
         if angle:
             weights = barycentric(self._nodes, abs(angle))[1:]
-            blended(self._turned_to(1 if angle > 0 else -1), weights, start, flat)
-            start = flat
-        blended(self._responses, move, start, flat)
+            blended(self._turned_to(1 if angle > 0 else -1), weights, start.reshape(-1), flat)
+            start = positions
+        if self._response.ndim == 1:
+            shifted(start, self._response, move, positions)
+        else:
+            blended(self._response, move, start.reshape(-1), flat)
         self._set_exactly(positions, move, float(angle))
         return positions
+
+    def _translated(self) -> Floats:
+        """What a unit step adds: a factor for each vertex, or three rows under a symmetry."""
+        step = self._prepared.surface.diagonal
+        if self._prepared.symmetry is None:
+            ahead = self._solved(np.array([step, 0, 0]), 0.0) - self._start
+            return np.ascontiguousarray(ahead[:, 0]) / step
+        ways = self._prepared.symmetry.ways(self._handle)
+        steps = [self._solved(step * way, 0.0) - self._start for way in ways]
+        return np.stack(steps).reshape(3, -1) / step
 
     def _turned_to(self, side: int) -> Floats:
         """What the nodes of one side but the first, no turn, add to the start."""

@@ -150,10 +150,6 @@ class Prepared:
             system.solve(self.symmetry.vectors(gradient), prescribed, targets)
         )
 
-    def ways(self, handle: Handle) -> Floats:
-        """The unit vectors ``(3, 3)``, less what symmetry forbids the handle."""
-        return np.eye(3) if self.symmetry is None else self.symmetry.ways(handle)
-
     def settle(self, positions: Floats) -> None:
         """Set handles, pins and rigid features of ``positions`` (n, 3) exactly."""
         if self.symmetry is not None:

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sparse
 from numpy.typing import NDArray
 
-from henkei._kernels import Cholesky, minimum_degree
+from henkei._kernels import Cholesky, minimum_degree, nested_dissection
 from henkei.errors import Infeasible, some
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int32]
 Solver = Callable[[Floats], Floats]
 
+MANY = 3_000_000  # entries, from which on dissection costs less than it saves
 ROUNDING = 1e-6  # a negative pivot up to this part of its diagonal entry is taken for rounding
 
 
@@ -38,7 +39,8 @@ def factored(
 
 def fill_reducing_order(matrix: Matrix) -> Indices:
     """The order ``(n,)`` in which eliminating the unknowns keeps the factor sparse."""
-    return minimum_degree(matrix.indptr, matrix.indices)
+    by = minimum_degree if matrix.nnz < MANY else nested_dissection
+    return by(matrix.indptr, matrix.indices)
 
 
 def _supernodal(matrix: Matrix, order: Indices | None) -> Solver:
