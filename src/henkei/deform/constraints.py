@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import atan2, ceil, cos, hypot, sin
 from typing import Any, Literal
 
 import numpy as np
@@ -17,6 +18,7 @@ from henkei.mesh import Floats
 Region = NDArray[np.int64]
 Keep = Literal["rigid", "circle", "plane", "line"]
 QUARTER = np.pi / 2  # a turn up to this leaves no doubt which way it goes
+UNIT, NOTHING = np.eye(3), np.zeros(3)
 FLAT = 1e-3  # part of its size by which a region may leave the plane or line it shall keep
 
 
@@ -85,7 +87,7 @@ class Handle:
     @property
     def shape(self) -> Floats:
         """What the sliders make of offsets from the centre, ``(3, 3)``."""
-        return self.scale * np.eye(3)
+        return self.scale * UNIT
 
     @property
     def shift(self) -> Floats:
@@ -178,14 +180,14 @@ class Feature:
     def shape(self) -> Floats:
         """What the sliders make of offsets from the centre, ``(3, 3)``."""
         if self._radius is None or self.rest_radius is None:
-            return self._scale * np.eye(3)
+            return self._scale * UNIT
         along = np.outer(self.axis, self.axis)
-        return self._scale * (along + self._radius / self.rest_radius * (np.eye(3) - along))
+        return self._scale * (along + self._radius / self.rest_radius * (UNIT - along))
 
     @property
     def shift(self) -> Floats:
         """``(3,)`` that is prescribed to the centre: nothing."""
-        return np.zeros(3)
+        return NOTHING
 
     def displacement(self, rotation: Floats) -> Floats:
         """``(k, 3)`` of the feature with sliders, turned by ``rotation`` (3, 3) at its centre."""
@@ -225,7 +227,7 @@ class Pin:
     @property
     def shape(self) -> Floats:
         """A point has no shape to keep: the unit matrix."""
-        return np.eye(3)
+        return UNIT
 
     @property
     def shift(self) -> Floats:
@@ -295,23 +297,28 @@ def _matrix(vector: Floats) -> Floats:
 
 def continued(rotation: Floats, step: Floats) -> Floats:
     """The rotation vector after a further turn; of those that mean the same the continuous one."""
-    parts = int(np.ceil(np.linalg.norm(step) / QUARTER)) or 1
+    x, y, z = rotation.tolist()
+    size = float(np.linalg.norm(step))
+    parts = ceil(size / QUARTER) or 1
+    part = _quaternion(*(step / parts).tolist())
     for _ in range(parts):
-        w, *axis = _product(_quaternion(step / parts), _quaternion(rotation))
-        turned = np.array(axis)
-        sine = float(np.linalg.norm(turned))
-        along = float(np.linalg.norm(rotation))
-        unit = turned / sine if sine > 1e-12 else rotation / (along or 1.0)
-        angle = 2 * np.arctan2(sine, w)
-        rotation = (angle + TURN * np.rint((unit @ rotation - angle) / TURN)) * unit
-    return rotation
+        w, *axis = _product(part, _quaternion(x, y, z))
+        sine, along = hypot(*axis), hypot(x, y, z)
+        if sine > 1e-12:
+            unit = [value / sine for value in axis]
+        else:
+            unit = [value / (along or 1.0) for value in (x, y, z)]
+        angle = 2 * atan2(sine, w)
+        before = unit[0] * x + unit[1] * y + unit[2] * z
+        angle += TURN * round((before - angle) / TURN)
+        x, y, z = (angle * value for value in unit)
+    return np.array([x, y, z])
 
 
-def _quaternion(vector: Floats) -> tuple[float, float, float, float]:
-    x, y, z = vector.tolist()
-    angle = np.sqrt(x * x + y * y + z * z)
-    factor = np.sin(angle / 2) / angle if angle else 0.5
-    return np.cos(angle / 2), factor * x, factor * y, factor * z
+def _quaternion(x: float, y: float, z: float) -> tuple[float, float, float, float]:
+    angle = hypot(x, y, z)
+    factor = sin(angle / 2) / angle if angle else 0.5
+    return cos(angle / 2), factor * x, factor * y, factor * z
 
 
 def _product(p: Sequence[float], q: Sequence[float]) -> tuple[float, float, float, float]:

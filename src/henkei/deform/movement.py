@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from henkei.deform.constraints import Feature, Handle, Pin
+from henkei.deform.constraints import UNIT, Feature, Handle, Pin
 from henkei.mesh import Floats
 from henkei.topology import Ints
 
@@ -36,8 +36,10 @@ class Movement:
         anchors: dict[int, Floats] = {}
         levers = [body.centre - anchors.setdefault(group, body.centre) for body, group in bodies]
         self._levers = np.array(levers).reshape(-1, 3)
+        self._linked = bool(self._levers.any())
         self._drift = _averages([(_drifts(body), group) for body, group in bodies], sizes)
         self._rigid = np.repeat(np.array([not _stretches(b) for b in self._bodies], bool), sizes)
+        self._all_rigid = bool(self._rigid.all())
 
     def __call__(self, rotations: Floats) -> Floats:
         """Displacements ``(k, 3)`` when the bodies turn by ``rotations`` (b, 3, 3).
@@ -49,8 +51,9 @@ class Movement:
             return np.zeros((0, 3))
         shapes = np.array([body.shape for body in self._bodies])
         shifts = np.array([body.shift for body in self._bodies])
-        shifts += np.einsum("bij,bj->bi", rotations, self._levers) - self._levers
-        change = rotations @ shapes - np.eye(3)
+        if self._linked:
+            shifts += np.einsum("bij,bj->bi", rotations, self._levers) - self._levers
+        change = rotations @ shapes - UNIT
         turned: Floats = np.einsum("kij,kj->ki", change[self._body], self._offsets)
         turned += shifts[self._body]
         return turned
@@ -66,7 +69,10 @@ class Movement:
         exact += self._rest
         gaps = positions[self.vertices] - exact
         exact += (self._drift @ np.add.reduceat(gaps, self._start))[self._body]
-        positions[self.vertices[self._rigid]] = exact[self._rigid]
+        if self._all_rigid:
+            positions[self.vertices] = exact
+        else:
+            positions[self.vertices[self._rigid]] = exact[self._rigid]
 
 
 def _drifts(body: Moving) -> bool:
