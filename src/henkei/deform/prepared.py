@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
 from henkei.deform.constraints import Feature, Fixed, Handle, Pin, Region
@@ -18,7 +20,7 @@ from henkei.deform.rotation_field import RotationField, RotationsOf
 from henkei.deform.settings import Method, Settings
 from henkei.deform.soft import soft_rows
 from henkei.deform.symmetry import Symmetry
-from henkei.deform.system import Product, System
+from henkei.deform.system import Product, Quadratic, System
 from henkei.errors import InvalidInput
 from henkei.mesh import Floats, Surface
 from henkei.progress import Progress, silent
@@ -80,9 +82,7 @@ class Prepared:
         groups = [group for _, group in self._hard]
         held: list[Held] = [*hard, *self._eliminated]
         self._freedom = freedom(count, used, held, [*groups, *range(len(hard), len(held))])
-        transposed = csr_array(self.soft.curvature.T)
-        self.adjoint = Product(transposed)
-        self.bending = csr_array(transposed @ self.soft.curvature)
+        self.adjoint = Product(csr_array(self.soft.curvature.T))
         self._rows = self._hard_rows(self._pins)
         self._system = self._factored(self.bending)
         self._refinement: Refinement | None = None
@@ -103,8 +103,14 @@ class Prepared:
         """Factor the system of the refined method, too."""
         if self._refinement is None:
             progress("factoring the refined system", 0.9)
-            self._refinement = Refinement(self, self._factored)
+            order = self._system.factor.order
+            self._refinement = Refinement(self, partial(self._factored, order=order))
         return self._refinement
+
+    def bending(self) -> csr_array[np.float64]:
+        """A'A of the soft rows, ``(n, n)``."""
+        curvature = self.soft.curvature
+        return csr_array(curvature.T.tocsr() @ curvature)
 
     def takes(self, item: Late) -> bool:
         """Whether :meth:`add` gives what a fresh preparation would."""
@@ -178,15 +184,19 @@ class Prepared:
     def _averaged(self, quadratic: csr_array[np.float64]) -> csr_array[np.float64]:
         return quadratic if self.symmetry is None else self.symmetry.operator(quadratic)
 
-    def _factored(self, quadratic: csr_array[np.float64]) -> System:
-        if self._penalties is not None:
-            quadratic = csr_array(quadratic + self._penalties.quadratic)
+    def _factored(self, energy: Quadratic, order: ArrayLike | None = None) -> System:
+        def quadratic() -> csr_array[np.float64]:
+            soft = self._penalties
+            total = energy() if soft is None else csr_array(energy() + soft.quadratic)
+            return self._averaged(total)
+
         return System(
-            self._averaged(quadratic),
+            quadratic,
             self._freedom,
             self.movement.vertices,
             self.settings.solver,
             None if self._rows is None else self._rows.matrix,
+            order,
         )
 
 

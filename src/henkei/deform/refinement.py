@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array
 
 from henkei._kernels import fitted_rotations, turned_edges
-from henkei.deform.system import Product, System
+from henkei.deform.system import Product, Quadratic, System
 from henkei.deform.volume import Volume
 from henkei.mesh import Floats
 from henkei.topology import Ints
@@ -29,9 +29,7 @@ OWN, GIVEN = -1, -2  # groups of vertices that turn on their own, or as they are
 class Refinement:
     """The factored system of the global step and what the local step needs."""
 
-    def __init__(
-        self, prepared: Prepared, system: Callable[[csr_array[np.float64]], System]
-    ) -> None:
+    def __init__(self, prepared: Prepared, system: Callable[[Quadratic], System]) -> None:
         soft, settings, rest = prepared.soft, prepared.settings, prepared.surface.vertices
         closed = settings.keep_volume and Volume.is_enclosed(prepared.surface)
         self._volume = Volume(prepared.surface) if closed else None
@@ -43,8 +41,11 @@ class Refinement:
         )
         bend_share = settings.smoothness
         self._prepared = prepared
-        blend = edge_share * soft.laplacian + bend_share * prepared.bending
-        self.system = system(csr_array(blend))
+
+        def blend() -> csr_array[np.float64]:
+            return csr_array(edge_share * soft.laplacian + bend_share * prepared.bending())
+
+        self.system = system(blend)
         links = csr_array(diags_array(soft.laplacian.diagonal()) - soft.laplacian)
         links.eliminate_zeros()
         self._start, self._indices = links.indptr.astype(np.int32), links.indices.astype(np.int32)

@@ -51,7 +51,9 @@ class RotationField:
         reached = _reached(self._count, edges, bodies, held)
         freedom = turning_freedom(self._count, reached, bodies, groups)
         self._interpolates = np.diff(freedom.indptr) > 0
-        self._system = System(laplacian, freedom, held, solver) if freedom.shape[1] else None
+        self._system = (
+            System(lambda: laplacian, freedom, held, solver) if freedom.shape[1] else None
+        )
         self.weights = self._interpolated()
 
     def takes(self, vertices: Region) -> bool:

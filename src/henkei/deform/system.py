@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, csr_array
 
 from henkei._kernels import product
@@ -13,6 +15,7 @@ from henkei.solve.constrained import Constrained
 from henkei.solve.factor import Backend, Factor, factor_spd
 from henkei.topology import Ints
 
+Quadratic = Callable[[], csr_array[np.float64]]
 EXACT = 1e-10  # of the largest unknown
 
 
@@ -36,25 +39,29 @@ class Product:
 class System:
     """Minimises ``u'Qu/2 - g'u`` over displacements ``u = T y + u0`` with ``C u = d``.
 
-    Factored once. The columns of a right-hand side are independent of each other.
+    Factored once. The columns of a right-hand side are independent of each other. Q is given by
+    the function that makes it, so that it does not take memory beside its factor; ``order`` is
+    that of another factor with the same couplings.
     """
 
     def __init__(
         self,
-        quadratic: csr_array[np.float64],
+        quadratic: Quadratic,
         freedom: csr_array[np.float64],
         held: Ints,
         solver: Backend,
         rows: csr_array[np.float64] | None = None,
+        order: ArrayLike | None = None,
     ) -> None:
         self._freedom = freedom
         transposed = csr_array(freedom.T)
         self._restrict, self._expand = Product(transposed), Product(freedom)
         self.held = held
-        self._coupling = Product(-csr_array(transposed @ csc_array(quadratic)[:, held]))
-        self.factor: Factor = factor_spd(
-            csc_array(transposed @ quadratic @ freedom), backend=solver
-        )
+        restricted = csr_array(transposed @ quadratic())
+        self._coupling = Product(-csr_array(csc_array(restricted)[:, held]))
+        reduced = csc_array(restricted @ freedom)
+        del restricted
+        self.factor: Factor = factor_spd(reduced, backend=solver, order=order)
         exact = _is_exact(self.factor)
         self._solve = self.factor.solve_unchecked if exact else self.factor.solve
         self._set(rows)
