@@ -21,6 +21,7 @@ MODULES = {
     "table1": "table1",
     "known": "known",
     "register": "registration",
+    "deform": "deform",
 }
 CACHING = {"register"}
 SIZES, QUICK = [5_000, 50_000, 200_000, 1_000_000], [2_000, 5_000]
@@ -33,7 +34,7 @@ def main() -> None:
     RESULTS.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
-            sizes = QUICK if options.quick else options.sizes
+            sizes = _sizes(name, options)
             more = {"cached": True} if options.cached and name in CACHING else {}
             measured = _module(name).run(sizes, options.budget, Path(folder), **more)
             file = RESULTS / f"{name}{'-quick' if options.quick else ''}.json"
@@ -46,8 +47,10 @@ def main() -> None:
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(MODULES)}; all")
-    parser.add_argument("--sizes", nargs="+", type=int, default=SIZES, help="faces or vertices")
-    parser.add_argument("--quick", action="store_true", help="small sizes, report not written")
+    parser.add_argument("--sizes", nargs="+", type=int, help="faces or vertices")
+    parser.add_argument(
+        "--quick", "--small", action="store_true", help="small sizes, report not written"
+    )
     parser.add_argument("--budget", type=float, default=120, help="seconds for a peer's case")
     parser.add_argument(
         "--cached", action="store_true", help="peers as in an earlier run (register)"
@@ -59,9 +62,16 @@ def _options() -> argparse.Namespace:
     return options
 
 
+def _sizes(name: str, options: argparse.Namespace) -> list[int]:
+    """What is asked for, else the benchmark's own sizes, else the usual ones."""
+    if options.quick:
+        return list(getattr(_module(name), "QUICK", QUICK))
+    return list(options.sizes or getattr(_module(name), "SIZES", SIZES))
+
+
 def _write(names: list[str]) -> None:
     """The tables of the guide, and the reports from the latest results of each benchmark."""
-    for name in {"table1", "known", "register"} & set(names):
+    for name in {"table1", "known", "register", "deform"} & set(names):
         _module(name).write(json.loads((RESULTS / f"{name}.json").read_text()))
     sections = []
     for name in ("overlay", "embedding", "combine"):

@@ -14,19 +14,21 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
-)
+THREADS = ("OMP", "OPENBLAS", "MKL", "IGL")
+ONE_THREAD = {"VECLIB_MAXIMUM_THREADS": "1", **{f"{name}_NUM_THREADS": "1" for name in THREADS}}
 
 
-def call(function: str, budget: float = 600.0, **arguments: Any) -> dict[str, Any]:
+def call(
+    function: str, budget: float = 600.0, python: str = sys.executable, **arguments: Any
+) -> dict[str, Any]:
     """What ``module:function`` returns, or ``{"none": why}`` if it fails or is not done in time.
 
     Parameters
     ----------
     budget : seconds after which the process is ended.
+    python : the interpreter.
     """
-    command = [sys.executable, "-m", "bench.fresh", function, json.dumps(arguments)]
+    command = [python, "-m", "bench.fresh", function, json.dumps(arguments)]
     environment = {**os.environ, **ONE_THREAD}
     try:
         done = subprocess.run(

@@ -9,7 +9,7 @@ import scipy.sparse as sparse
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from henkei._kernels import Cholesky, minimum_degree
+from henkei._kernels import Cholesky, minimum_degree, nested_dissection
 from henkei.errors import Infeasible, InvalidInput
 from henkei.solve import factor_spd
 from henkei.solve.backends import fill_reducing_order
@@ -54,6 +54,15 @@ def pattern_of(kind: str, size: int, rng: np.random.Generator) -> np.ndarray:
     return band <= {"diagonal": 0, "band": 2}[kind]
 
 
+def indices(matrix: sparse.csc_array) -> tuple[np.ndarray, np.ndarray]:
+    return matrix.indptr.astype(np.int32), matrix.indices.astype(np.int32)
+
+
+def entries(matrix: sparse.csc_array, order: np.ndarray) -> int:
+    """What the solver stores of the factor."""
+    return Cholesky(*indices(matrix), matrix.data, order.astype(np.int32)).entries
+
+
 KINDS = ["sparse", "pieces", "grid", "arrow", "dense", "diagonal", "band"]
 
 
@@ -84,13 +93,7 @@ def test_any_order_solves_and_fills_no_less_than_elimination(kind, size, seed):
     rng = np.random.default_rng(seed)
     matrix = definite(pattern_of(kind, size, rng), rng)
     order = rng.permutation(matrix.shape[0])
-    kernel = Cholesky(
-        matrix.indptr.astype(np.int32),
-        matrix.indices.astype(np.int32),
-        matrix.data,
-        order.astype(np.int32),
-    )
-    assert kernel.entries >= elimination.entries(matrix, order)
+    assert entries(matrix, order) >= elimination.entries(matrix, order)
     known = rng.normal(size=matrix.shape[0])
     factor = factor_spd(matrix, order=order)
     np.testing.assert_array_equal(factor.order, order)
@@ -116,10 +119,44 @@ def test_orders_that_are_none_are_refused(order):
 def test_minimum_degree_is_almost_as_good_as_with_exact_degrees(kind, size, seed):
     rng = np.random.default_rng(seed)
     matrix = definite(pattern_of(kind, size, rng), rng)
-    order = minimum_degree(matrix.indptr.astype(np.int32), matrix.indices.astype(np.int32))
+    order = minimum_degree(*indices(matrix))
     np.testing.assert_array_equal(np.sort(order), np.arange(matrix.shape[0]))
     exact = elimination.entries(matrix, elimination.minimum_degree(matrix))
     assert elimination.entries(matrix, order) <= 1.3 * exact
+
+
+def test_dissection_is_as_good_as_minimum_degree_on_a_grid():
+    line = sparse.diags_array([1.0, 1, 1], offsets=[-1, 0, 1], shape=(150, 150))
+    one = sparse.kronsum(line, line)
+    matrix = sparse.csc_array(one @ one + 100 * sparse.eye_array(150**2))
+    mixed = np.random.default_rng(0).permutation(150**2)
+    matrix = sparse.csc_array(matrix[mixed][:, mixed])
+    dissected, least = nested_dissection(*indices(matrix)), minimum_degree(*indices(matrix))
+    np.testing.assert_array_equal(np.sort(dissected), np.arange(150**2))
+    assert entries(matrix, dissected) < 1.1 * entries(matrix, least)
+
+
+@pytest.mark.parametrize("kind", ["pieces", "band", "diagonal", "star", "clique", "random"])
+def test_dissection_orders_what_has_no_small_separators_or_none_at_all(kind):
+    rng = np.random.default_rng(0)
+    size = 3000
+    if kind in ("pieces", "random"):
+        ends = rng.integers(0, size, (2, 6 * size if kind == "random" else size // 2))
+    elif kind == "star":
+        ends = np.stack([np.zeros(size, dtype=np.int64), np.arange(size)])
+    elif kind == "clique":
+        ends = np.concatenate(
+            [np.stack(np.triu_indices(80)), 80 + rng.integers(0, 2920, (2, 9000))], 1
+        )
+    else:
+        near = np.arange(size - 1)
+        ends = np.stack([near, near + (kind == "band")])
+    half = sparse.coo_array((-np.ones(ends.shape[1]), tuple(ends)), shape=(size, size))
+    links = sparse.csc_array(half + half.T)
+    links.setdiag(1 - links.sum(axis=0))
+    order = nested_dissection(*indices(links))
+    np.testing.assert_array_equal(np.sort(order), np.arange(size))
+    np.testing.assert_array_equal(order, nested_dissection(*indices(links)))
 
 
 def test_a_row_that_is_coupled_to_all_others_comes_last():

@@ -24,13 +24,16 @@ struct HugePages {
 
     T* allocate(size_t count) {
         size_t bytes = count * sizeof(T);
-        const bool large = bytes >= 4 * kPage;
-        if (large) bytes = (bytes + kPage - 1) / kPage * kPage;
-        void* memory = large ? std::aligned_alloc(kPage, bytes) : std::malloc(bytes);
-        if (memory == nullptr) throw std::bad_alloc();
+        void* memory;
 #ifdef MADV_HUGEPAGE
-        if (large) madvise(memory, bytes, MADV_HUGEPAGE);
+        if (bytes >= 4 * kPage) {
+            bytes = (bytes + kPage - 1) / kPage * kPage;
+            memory = std::aligned_alloc(kPage, bytes);
+            if (memory != nullptr) madvise(memory, bytes, MADV_HUGEPAGE);
+        } else
 #endif
+            memory = std::malloc(bytes);
+        if (memory == nullptr) throw std::bad_alloc();
         return static_cast<T*>(memory);
     }
     void deallocate(T* memory, size_t) { std::free(memory); }

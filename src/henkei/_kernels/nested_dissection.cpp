@@ -6,7 +6,6 @@
 #include <numeric>
 #include <utility>
 
-#include "kernels.hpp"
 #include "ordering.hpp"
 #include "separator.hpp"
 
@@ -83,7 +82,6 @@ std::vector<int32_t> nested_dissection(const Pattern& pattern) {
         const Piece piece = std::move(pieces.back());
         pieces.pop_back();
         if (piece.graph.size() <= kSmall) continue;
-        check_interrupt();
         const std::vector<int8_t> part = separate(piece.graph);
         Piece parts[2] = {part_of(piece, part, 0, place), part_of(piece, part, 1, place)};
         if (10 * std::min(parts[0].unknown.size(), parts[1].unknown.size()) < part.size()) {

@@ -296,6 +296,7 @@ Parts separated_directly(const Graph& graph) {
 }  // namespace
 
 std::vector<int8_t> separate(const Graph& graph) {
+    check_interrupt();
     if (graph.size() <= kCoarsest) return separated_directly(graph);
     int32_t count = 0;
     const Ints coarse = matched(graph, count);

@@ -117,8 +117,9 @@ class Drag:
 def barycentric(nodes: Floats, at: float) -> Floats:
     """Weights ``(k,)`` of values at Chebyshev nodes of the second kind for the value ``at``."""
     gap = at - nodes
-    if not gap.all():
-        return np.asarray(gap == 0, dtype=np.float64)
+    near = np.abs(gap) < 1e-14 * nodes[-1]
+    if near.any():
+        return np.asarray(near, dtype=np.float64)
     weights = np.where(np.arange(len(nodes)) % 2, -1.0, 1.0) / gap
     weights[[0, -1]] /= 2
     normalised: Floats = weights / weights.sum()

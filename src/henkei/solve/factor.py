@@ -41,7 +41,9 @@ class Factor:
         self, matrix: Matrix, backend: str, fallback: bool, order: Indices | None = None
     ) -> None:
         self._matrix = matrix
-        self._absolute = abs(matrix)
+        # of the same indices, since these may be many
+        values = (np.abs(matrix.data), matrix.indices, matrix.indptr)
+        self._absolute = sparse.csc_array(values, shape=matrix.shape)
         rows = self._absolute.max(axis=1).toarray().ravel() if matrix.shape[0] else np.empty(0)
         self._scale: Floats = 1 / np.sqrt(rows)
         self._fallback = fallback
