@@ -95,3 +95,44 @@ def test_what_cannot_be_dragged():
             short.positions(angle=angle)
     with pytest.raises(InvalidInput, match="translation of a drag must be three finite numbers"):
         short.positions((1, np.nan, 0))
+
+
+def test_everything_else_stays_as_it_was_at_the_start():
+    d = posed()
+    drag = d.drag(d.handles[0], axis=(1, 2, 0.5))
+    expected = {angle: drag.positions((0.1, 0, 0), angle) for angle in (0.0, 0.4)}
+    other = posed()
+    expected[-0.4] = other.drag(other.handles[0], axis=(1, 2, 0.5)).positions((0.1, 0, 0), -0.4)
+    d.handles[0].move((1, 1, 1), (1, 0, 0), 2.0)
+    d.handles[1].move((0, 0, 1))
+    d.features[0].scale = 1.5
+    d.pins[0].move((0, 0, 0))
+    for angle, positions in expected.items():
+        np.testing.assert_array_equal(drag.positions((0.1, 0, 0), angle), positions)
+    assert d.handles[0].scale == 2  # nor does the drag disturb them
+    assert d.features[0].scale == 1.5
+    np.testing.assert_array_equal(d.handles[1].translation, (0, 0, 1))
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    before=st.tuples(*3 * [st.floats(-4, 4)]),
+    axis=st.sampled_from([(0, 0, 1), (1, 0, 0), (-0.6, -0.8, 0)]),
+    angle=st.floats(-np.pi, np.pi),
+)
+def test_as_solved_whatever_the_turn_before(before, axis, angle):
+    d = posed()
+    handle = d.handles[0]
+    handle.move((0, 0.3, 0), before)
+    found = d.drag(handle, axis=axis).positions(angle=angle)
+    handle.turn(angle * np.array(axis))
+    gap = np.abs(found - d.solve()).max()
+    assert gap < 1e-6 * d.mesh.diagonal
+
+
+@pytest.mark.parametrize("limit", ["1", None, True, 1j, [1.0], 10**400])
+def test_limits_and_angles_that_are_none(limit):
+    with pytest.raises(InvalidInput):
+        D.drag(D.handles[0], limit=limit)
+    with pytest.raises(InvalidInput):
+        DRAG.positions(angle=limit)

@@ -136,3 +136,96 @@ def test_refined_a_huge_weight_is_as_good_as_hard(kind):
             made.move((0, 0, 0.2), (0.5, 0, 0), 1.2)
         found.append(d.solve("refined"))
     assert np.abs(found[0] - found[1]).max() < 1e-4
+
+
+def test_what_came_late_is_not_lost_when_its_solve_is_interrupted(monkeypatch):
+    from henkei.deform import prepared
+
+    d = held().prepare()
+    d.solve()
+    d.pin(int(np.argmin(np.abs(X - 2))), (2, 0, 1.5))
+
+    def interrupted(*_args):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(prepared, "HardRows", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            d.solve()
+    d.solve()
+    assert d.quality.hard_position_error < 1e-9
+
+
+def test_a_drag_is_not_disturbed_by_what_comes_later():
+    d = held()
+    drag = d.drag(d.handles[0], axis=(1, 2, 3))
+    other = held()
+    expected = other.drag(other.handles[0], axis=(1, 2, 3)).positions(angle=-0.5)
+    d.pin(int(np.argmin(np.abs(X - 2))), (2, 0, 1.5))
+    d.solve()
+    np.testing.assert_array_equal(drag.positions(angle=-0.5), expected)
+
+
+@pytest.mark.parametrize("method", ["linear", "refined"])
+def test_a_pin_within_a_face_may_be_all_that_holds_a_piece(method):
+    pair = together(MESH, hk.Mesh(MESH.vertices + np.array([0, 3, 0]), MESH.faces))
+    d = hk.Deformer(pair)
+    d.fix(np.flatnonzero(X == 0))
+    d.pin((len(MESH.faces) + 7, (0.2, 0.3, 0.5))).move((1, 4, 1))
+    result = d.solve(method)
+    assert d.quality.hard_position_error < 1e-12
+    moved = result[len(X) :] - pair.vertices[len(X) :]
+    assert np.abs(moved - moved[0]).max() < 1e-9  # nothing else asks for anything
+
+
+@pytest.mark.parametrize("gap", [1e-6, 1e-7, 1e-8, 1e-9, 1e-10])
+def test_pins_that_almost_coincide(gap):
+    d = held()
+    d.pin((50, (0.2, 0.3, 0.5)))
+    d.pin((50, (0.2 + gap, 0.3 - gap, 0.5)))
+    d.handles[0].move((0, 0, 1), (0, 0.5, 0))
+    d.solve()
+    assert d.quality.hard_position_error < 1e-8
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e-6, 1.0, 1e6, 1e9])
+def test_pins_on_a_plane_in_any_unit(unit):
+    mesh = hk.Mesh(MESH.vertices * unit, MESH.faces)
+    d = hk.Deformer(mesh)
+    d.fix(X == 0)
+    side = (np.abs(X - 2) < 0.8) & (MESH.vertices[:, 2] == 0.5)
+    d.feature(side, keep="plane")
+    for face in np.flatnonzero(side[mesh.faces].all(axis=1))[[0, 5, 11]]:
+        d.pin((int(face), (0.2, 0.3, 0.5)))
+    d.handle(X == 4).move((0, 0, unit), (0.4, 0.5, 0.1))
+    d.solve()
+    assert d.quality.hard_position_error < 1e-9
+    assert d.quality.feature_error < 1e-9
+
+
+def test_vertices_without_faces_in_regions():
+    top = int(np.argmax(MESH.vertices[:, 2] + X))
+    more = [MESH.vertices[top], MESH.vertices[top], [np.nan, 0, 0]]
+    count = len(X)
+    d = hk.Deformer(hk.Mesh(np.concatenate([MESH.vertices, more]), MESH.faces))
+    d.fix(np.flatnonzero(X == 0))
+    with pytest.raises(InvalidInput, match="not finite"):
+        d.handle([top, count + 2])
+    for keep in ("line", "plane"):
+        with pytest.raises(InvalidInput, match="line"):
+            d.feature([top, count, count + 1], keep=keep)
+
+
+@pytest.mark.parametrize("value", ["x", 1j, True, 10**400, [1.0]])
+def test_values_that_are_no_numbers(value):
+    d = held()
+    middle = np.flatnonzero(np.abs(X - 2) < 0.2)
+    for wrong in (
+        lambda: d.fix(middle, weight=value),
+        lambda: d.feature(middle, keep=np.array(["rigid", "line"])),
+        lambda: d.handles[0].move(scale=value),
+        lambda: d.symmetry((0, 0, 0), (0, 1, 0), tolerance=value),
+        lambda: d.pin((0, np.array([1j, 0, 0]))),
+    ):
+        with pytest.raises(InvalidInput):
+            wrong()

@@ -156,3 +156,55 @@ def test_a_region_that_is_half_its_own_image_is_refused():
     d.handle((mesh.vertices[:, 0] == 4) & (mesh.vertices[:, 1] < 0.4), name="most")
     with pytest.raises(InvalidInput, match="'most' reaches across the plane of symmetry"):
         d.prepare()
+
+
+def leaning(seed: int) -> hk.Mesh:
+    """A bar with no right angles, symmetric about y = 0 but for its diagonals."""
+    rng = np.random.default_rng(seed)
+    mesh = bar(6, 24, seed=seed)
+    image = cKDTree(mesh.vertices).query(mesh.vertices * SIDES)[1]
+    noise = rng.uniform(-0.04, 0.04, mesh.vertices.shape)
+    noise[np.isin(mesh.vertices[:, 0], (0, 4)), 0] = 0
+    return hk.Mesh(mesh.vertices + (noise + noise[image] * SIDES) / 2, mesh.faces)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_features_stay_rigid_whatever_the_diagonals(seed):
+    mesh = leaning(seed)
+    x, y, z = mesh.vertices.T
+    d = hk.Deformer(mesh)
+    d.symmetry((0, 0, 0), (0, 1, 0))
+    d.fix(x == 0)
+    d.handle((x == 4) & (y > 0.3)).move((0, 0.5, 1), (0.6, 1.2, 0))
+    d.feature((np.abs(x - 2) < 0.4) & (np.abs(z) < 0.4) & (y > 0.4))
+    for method in ("linear", "refined"):
+        result = d.solve(method)
+        assert d.quality.feature_error < 1e-12
+        assert asymmetry(mesh, result) < 1e-11
+
+
+def test_hard_constraints_are_met_where_the_mesh_is_symmetric_within_a_tolerance():
+    rng = np.random.default_rng(0)
+    mesh = bar(4, 16)
+    x, _, z = mesh.vertices.T
+    near = hk.Mesh(mesh.vertices + rng.uniform(-1e-6, 1e-6, mesh.vertices.shape), mesh.faces)
+    d = hk.Deformer(near)
+    d.symmetry((0, 0, 0), (0, 1, 0))
+    d.fix(x == 0)
+    d.handle(x == 4).move((0, 0, 1), (0, 1.2, 0))  # its own mirror image, as is the feature
+    d.feature((np.abs(x - 2) < 0.3) & (z == 0.5))
+    for method in ("linear", "refined"):
+        d.solve(method)
+        assert d.quality.hard_position_error < 1e-12
+        assert d.quality.feature_error < 1e-12
+
+
+def test_a_drag_keeps_the_twins_it_was_made_with():
+    mesh = bar(4, 16)
+    x, y, _ = mesh.vertices.T
+    d = hk.Deformer(mesh)
+    d.symmetry((0, 0, 0), (0, 1, 0))
+    d.fix(x == 0)
+    drag = d.drag(d.handle((x == 4) & (y > 0.2)))
+    d.prepare()
+    assert asymmetry(mesh, drag.positions((0, 0, 0.5), 0.3)) < 1e-11

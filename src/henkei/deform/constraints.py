@@ -19,6 +19,7 @@ Region = NDArray[np.int64]
 Keep = Literal["rigid", "circle", "plane", "line"]
 QUARTER = np.pi / 2  # a turn up to this leaves no doubt which way it goes
 UNIT, NOTHING = np.eye(3), np.zeros(3)
+ROUNDING = 1e-14  # of coordinates
 FLAT = 1e-3  # part of its size by which a region may leave the plane or line it shall keep
 
 
@@ -83,6 +84,15 @@ class Handle:
         """
         step = checked_vector(rotation, f"rotation of {self.name!r}")
         self.rotation = continued(self.rotation, step)
+
+    @property
+    def pose(self) -> tuple[Floats, Floats, float]:
+        """Translation, rotation and scale; may be set to one that it had."""
+        return self.translation, self.rotation, self.scale
+
+    @pose.setter
+    def pose(self, pose: tuple[Floats, Floats, float]) -> None:
+        self.translation, self.rotation, self.scale = pose
 
     @property
     def shape(self) -> Floats:
@@ -156,9 +166,14 @@ class Feature:
             )
         self._radius = _positive(value, f"radius of {self.name!r}")
 
-    def follow(self, other: Feature) -> None:
-        """Take over the sliders of another feature."""
-        self._scale, self._radius = other._scale, other._radius
+    @property
+    def pose(self) -> tuple[float, float | None]:
+        """Both sliders; may be set to those of another time or of another feature."""
+        return self._scale, self._radius
+
+    @pose.setter
+    def pose(self, pose: tuple[float, float | None]) -> None:
+        self._scale, self._radius = pose
 
     @property
     def offsets(self) -> Floats:
@@ -170,11 +185,18 @@ class Feature:
         """Functions ``(k, c)`` of the vertices that may be added to each coordinate."""
         ones = np.ones(len(self.vertices))
         if self.keep == "line":
-            return np.column_stack([ones, self.offsets @ self.axis])
+            return np.column_stack([ones, self._unit_offsets @ self.axis])
         if self.keep == "plane":
             across = _across(self.axis)
-            return np.column_stack([ones, self.offsets @ across.T])
+            return np.column_stack([ones, self._unit_offsets @ across.T])
         return ones[:, None]
+
+    @property
+    def _unit_offsets(self) -> Floats:
+        """Offsets whose longest is 1, so that nothing depends on the unit of length."""
+        offsets = self.offsets
+        unit: Floats = offsets / np.linalg.norm(offsets, axis=1).max()
+        return unit
 
     @property
     def shape(self) -> Floats:
@@ -215,6 +237,15 @@ class Pin:
         self.target = checked_vector(target, f"target of {self.name!r}")
 
     @property
+    def pose(self) -> Floats:
+        """The target; may be set to one that it had."""
+        return self.target
+
+    @pose.setter
+    def pose(self, pose: Floats) -> None:
+        self.target = pose
+
+    @property
     def displacement(self) -> Floats:
         """From rest to the target, ``(3,)``."""
         return self.target - self.rest
@@ -250,7 +281,7 @@ def _straight(feature: Feature) -> None:
     axes = np.linalg.svd(offsets, full_matrices=False)[2]
     beside = offsets - np.outer(offsets @ axes[0], axes[0])
     size = np.abs(offsets @ axes[0]).max()
-    if not size:
+    if size <= ROUNDING * np.abs(feature.rest).max():
         raise InvalidInput(f"{feature.name!r} is one point, not a line; keep='rigid' holds it")
     if np.linalg.norm(beside, axis=1).max() > FLAT * size:
         raise InvalidInput(
@@ -342,8 +373,20 @@ def checked_vector(values: ArrayLike, what: str) -> Floats:
     return vector
 
 
+def is_number(value: Any) -> bool:
+    """Whether this is a real number that fits in floating point; NaN and infinity are."""
+    kinds = int | float | np.integer | np.floating
+    if isinstance(value, bool) or not isinstance(value, kinds):
+        return False
+    try:
+        float(value)
+    except OverflowError:
+        return False
+    return True
+
+
 def _positive(value: float, what: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+    if not is_number(value):
         raise InvalidInput(f"{what} must be a number, not {value!r}")
     if not 0 < value < np.inf:
         raise InvalidInput(f"{what} must be positive and finite, not {value!r}")

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from henkei.deform.constraints import Feature, Fixed, Handle, Keep, Pin
+from henkei.deform.constraints import Feature, Fixed, Handle, Keep, Pin, is_number
 from henkei.deform.drag import Drag
 from henkei.deform.prepared import Prepared
 from henkei.deform.quality import DeformQuality, Solution, measured
 from henkei.deform.regions import checked_name, checked_point, checked_region, require_apart
 from henkei.deform.settings import Method, Settings
 from henkei.deform.symmetry import Symmetry
-from henkei.errors import InvalidInput
+from henkei.errors import InvalidInput, some
 from henkei.geometry.requirements import require_measurable_faces
 from henkei.mesh import Floats, Surface
 from henkei.progress import Progress, silent
@@ -143,9 +143,13 @@ class Deformer:
             so.
         """
         name = self._name(name, "feature")
-        if keep not in ("rigid", "circle", "plane", "line"):
+        if not isinstance(keep, str) or keep not in ("rigid", "circle", "plane", "line"):
             raise InvalidInput(f"keep must be 'rigid', 'circle', 'plane' or 'line', not {keep!r}")
         vertices = self._region(region, name)
+        if keep in ("plane", "line"):  # nothing says how these stretch at vertices without faces
+            vertices = np.setdiff1d(vertices, self.mesh.topology.unused_vertices)
+            if not len(vertices):
+                raise InvalidInput(f"region {name!r} has no vertex that a face uses")
         rest = self.mesh.vertices[vertices]
         body = Feature(name, vertices, rest, keep, _checked_weight(weight, name))
         self._add(body)
@@ -321,9 +325,8 @@ class Deformer:
         if self._prepared is None:
             self.prepare()
         assert self._prepared is not None
-        late, self._late = self._late, []
-        if late:
-            self._prepared.add(late)
+        if self._late:
+            self._prepared, self._late = self._prepared.with_late(self._late), []
         return self._prepared
 
     def _solved(self) -> Solution:
@@ -362,7 +365,14 @@ class Deformer:
         return checked_name(name, kind, named + [name for name, _, _ in self._offsets])
 
     def _region(self, region: Any, name: str) -> Any:
-        return checked_region(region, len(self.mesh.vertices), name)
+        vertices = checked_region(region, len(self.mesh.vertices), name)
+        lost = vertices[~np.isfinite(self.mesh.vertices[vertices]).all(axis=1)]
+        if len(lost):
+            raise InvalidInput(
+                f"region {name!r} holds vertices {some(lost)}, whose positions are not finite; "
+                "no face uses them: leave them out"
+            )
+        return vertices
 
 
 def _require_known(method: str) -> None:
@@ -373,7 +383,7 @@ def _require_known(method: str) -> None:
 def _checked_weight(weight: float | None, name: str) -> float | None:
     if weight is None:
         return None
-    if isinstance(weight, bool) or not isinstance(weight, int | float | np.number):
+    if not is_number(weight):
         raise InvalidInput(f"the weight of {name!r} must be a number or None, not {weight!r}")
     if not 0 < weight < np.inf:
         raise InvalidInput(

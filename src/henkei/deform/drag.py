@@ -8,13 +8,15 @@ held, and rigid features, are then set exactly.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from henkei._kernels import blended, shifted
-from henkei.deform.constraints import Handle, checked_vector, continued
+from henkei.deform.constraints import Handle, checked_vector, continued, is_number
 from henkei.errors import InvalidInput
 from henkei.mesh import Floats
 
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
     from henkei.deform.prepared import Prepared
 
 NODES = 9  # solutions from no turn to the limit, to each side
+CHECKS = 64  # angles at which the rotation vector is compared with its polynomial
+SMOOTH = 1e-7  # radians that they may differ by
 
 
 class Drag:
@@ -35,15 +39,17 @@ class Drag:
         length = float(np.linalg.norm(direction))
         if not length:
             raise InvalidInput("the axis of a drag is zero; give a direction")
-        if not 0 < limit <= np.pi:
+        if not (is_number(limit) and 0 < limit <= np.pi):
             raise InvalidInput(f"the limit must be an angle in radians up to pi, not {limit!r}")
         self._prepared, self._handle = prepared, handle
         self._axis, self._limit = direction / length, float(limit)
         self._translation, self._rotation = handle.translation.copy(), handle.rotation.copy()
+        self._poses = [(item, item.pose) for item in prepared.moving]
         self._start = self._solved(np.zeros(3), 0.0)
         self._response = self._translated()
         self._nodes = self._limit * (1 - np.cos(np.pi * np.arange(NODES) / (NODES - 1))) / 2
         self._turned: dict[int, Floats] = {}
+        self._smooth: dict[int, bool] = {}
 
     def positions(self, translation: ArrayLike = (0.0, 0.0, 0.0), angle: float = 0.0) -> Floats:
         """Positions ``(n, 3)``.
@@ -58,15 +64,18 @@ class Drag:
         InvalidInput : not finite, or an angle beyond the limit.
         """
         move = checked_vector(translation, "translation of a drag")
-        if not abs(angle) <= self._limit * (1 + 1e-12):
+        if not (is_number(angle) and abs(angle) <= self._limit * (1 + 1e-12)):
             raise InvalidInput(
                 f"the drag was prepared for angles up to {self._limit:.6g}, not {angle!r}"
             )
         start, positions = self._start, np.empty_like(self._start)
         flat = positions.reshape(-1)
         if angle:
+            side = 1 if angle > 0 else -1
+            if not self._is_smooth(side):
+                return self._solved(move, float(angle))
             weights = barycentric(self._nodes, abs(angle))[1:]
-            blended(self._turned_to(1 if angle > 0 else -1), weights, start.reshape(-1), flat)
+            blended(self._turned_to(side), weights, start.reshape(-1), flat)
             start = positions
         if self._response.ndim == 1:
             shifted(start, self._response, move, positions)
@@ -92,26 +101,44 @@ class Drag:
             self._turned[side] = (np.stack(solved) - self._start).reshape(NODES - 1, -1)
         return self._turned[side]
 
-    def _solved(self, translation: Floats, angle: float) -> Floats:
-        before = self._handle.translation, self._handle.rotation
-        self._pose(translation, angle)
-        try:
-            surface = self._prepared.surface
-            return surface.vertices + self._prepared.solve("linear")
-        finally:
-            self._handle.translation, self._handle.rotation = before
+    def _is_smooth(self, side: int) -> bool:
+        """Whether the rotation vector is the polynomial through its values at the nodes.
 
-    def _pose(self, translation: Floats, angle: float) -> None:
-        self._handle.translation = self._translation + translation
-        self._handle.rotation = continued(self._rotation, angle * self._axis)
+        Not where a handle turned before comes near to whole turns about another axis: there the
+        vector runs around quickly, or jumps.
+        """
+        if side not in self._smooth:
+            nodes = np.array([self._turn(side * node) for node in self._nodes])
+            angles = self._limit * (np.arange(CHECKS) + 0.5) / CHECKS
+            found = np.array([barycentric(self._nodes, angle) @ nodes for angle in angles])
+            vectors = np.array([self._turn(side * angle) for angle in angles])
+            self._smooth[side] = bool(np.abs(found - vectors).max() <= SMOOTH)
+        return self._smooth[side]
+
+    def _turn(self, angle: float) -> Floats:
+        return continued(self._rotation, angle * self._axis)
+
+    def _solved(self, translation: Floats, angle: float) -> Floats:
+        with self._posed(translation, angle):
+            return self._prepared.surface.vertices + self._prepared.solve("linear")
 
     def _set_exactly(self, positions: Floats, translation: Floats, angle: float) -> None:
-        before = self._handle.translation, self._handle.rotation
-        self._pose(translation, angle)
-        try:
+        with self._posed(translation, angle):
             self._prepared.settle(positions)
+
+    @contextmanager
+    def _posed(self, translation: Floats, angle: float) -> Iterator[None]:
+        """The handle moved and turned so far, all else as it was at the start."""
+        now = [(item, item.pose) for item, _ in self._poses]
+        try:
+            for item, pose in self._poses:
+                item.pose = pose
+            self._handle.translation = self._translation + translation
+            self._handle.rotation = self._turn(angle)
+            yield
         finally:
-            self._handle.translation, self._handle.rotation = before
+            for item, pose in now:
+                item.pose = pose
 
 
 def barycentric(nodes: Floats, at: float) -> Floats:

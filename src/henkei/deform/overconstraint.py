@@ -83,6 +83,18 @@ class HardRows:
         )
 
 
+def anchors(count: int, pins: Sequence[Pin]) -> csr_array[np.float64] | None:
+    """``C'C`` (n, n) of pins that alone hold a piece of the surface; None if there are none.
+
+    Without it the matrix that they constrain would be singular. With it the answer is the same:
+    what is added is constant where the constraints are met.
+    """
+    if not pins:
+        return None
+    rows = csr_array(vstack([_rows_of(pin, count) for pin in pins]))
+    return csr_array(rows.T @ rows)
+
+
 def _rows_of(item: Fixed | Handle | Pin, count: int) -> csr_array[np.float64]:
     size = len(item.vertices)
     if isinstance(item, Pin):

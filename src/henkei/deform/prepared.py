@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from functools import partial
 
 import numpy as np
@@ -11,11 +12,11 @@ from scipy.sparse import csr_array
 
 from henkei.deform.constraints import Feature, Fixed, Handle, Pin, Region
 from henkei.deform.hard import Body, Held, freedom
-from henkei.deform.movement import Movement
-from henkei.deform.overconstraint import HardRows
+from henkei.deform.movement import Movement, Moving
+from henkei.deform.overconstraint import HardRows, anchors
 from henkei.deform.penalties import penalties
 from henkei.deform.refinement import Refinement
-from henkei.deform.regions import require_held
+from henkei.deform.regions import connected_parts, loose_vertices, require_held
 from henkei.deform.rotation_field import RotationField, RotationsOf
 from henkei.deform.settings import Method, Settings
 from henkei.deform.soft import soft_rows
@@ -44,10 +45,12 @@ class Prepared:
     ) -> None:
         if not any(isinstance(body, Fixed) and body.weight is None for body in bodies):
             raise InvalidInput("nothing is fixed; hold at least one region with fix(region)")
-        self.surface, self.settings, self.symmetry = surface, settings, symmetry
+        self.surface, self.settings = surface, settings
+        self.symmetry = symmetry = copy(symmetry)  # the twins are of this preparation
         if symmetry is not None:
             bodies, pins = symmetry.with_twins(bodies, pins)
             offsets = [*offsets, *((symmetry.twin_of(a), symmetry.twin_of(b)) for a, b in offsets)]
+        self._items = [*bodies, *pins]
         count, used = len(surface.vertices), np.unique(surface.indices)
         hard = [body for body in bodies if body.weight is None]
         self.late: list[Late] = []
@@ -64,14 +67,18 @@ class Prepared:
         centre = surface.vertices[used].mean(axis=0)
         self.soft = soft_rows(surface, surface.vertices - centre, settings)
         holding = [body.vertices for body in bodies if not isinstance(body, Feature)]
-        require_held(surface, self.soft.edges, [*holding, *(pin.vertices for pin in pins)])
+        part = connected_parts(count, self.soft.edges)
+        require_held(surface, part, [*holding, *(pin.vertices for pin in pins)])
+        holding += [pin.vertices for pin in pins if pin.weight is not None]
+        loose = loose_vertices(surface, part, [*holding, *(p.vertices for p in self._eliminated)])
+        self._anchors = anchors(count, [pin for pin in self._pins if loose[pin.vertices].any()])
         self._penalties = penalties(count, self.soft.edges, bodies, pins)
 
         progress("interpolating rotations", 0.1)
         self._turning = turning = _without_overlaps(bodies)
         self._turning_groups = _groups(turning, offsets)
         self.field = RotationField(
-            self._averaged(self.soft.laplacian),
+            self.averaged(self.soft.laplacian),
             self.soft.edges,
             turning,
             self._turning_groups,
@@ -95,6 +102,11 @@ class Prepared:
         return self.field.handles
 
     @property
+    def moving(self) -> list[Moving]:
+        """All that has a pose, twins and late ones included."""
+        return [item for item in (*self._items, *self.late) if not isinstance(item, Fixed)]
+
+    @property
     def solver(self) -> tuple[str, float]:
         """Name of the solver of the positions, and its largest backward error so far."""
         return self._system.factor.backend, self._system.factor.worst_residual
@@ -113,24 +125,29 @@ class Prepared:
         return csr_array(curvature.T.tocsr() @ curvature)
 
     def takes(self, item: Late) -> bool:
-        """Whether :meth:`add` gives what a fresh preparation would."""
+        """Whether :meth:`with_late` gives what a fresh preparation would."""
         if isinstance(item, Pin):
             return True
         soft = [body.vertices for body in self._turning if body.weight is not None]
         apart = not any(np.isin(item.vertices, vertices).any() for vertices in soft)
         return apart and self.field.takes(item.vertices)
 
-    def add(self, items: Sequence[Late]) -> None:
-        """More fixed regions, handles and pins, as rows on top of what is factored."""
-        self.late.extend(items)
-        rows = self._hard_rows([*self._pins, *self.late])
+    def with_late(self, items: Sequence[Late]) -> Prepared:
+        """The same with more fixed regions, handles and pins, as rows on top of what is factored.
+
+        Whoever holds this one, such as a drag, is not disturbed.
+        """
+        other = copy(self)
+        other.late = [*self.late, *items]
+        rows = other._hard_rows([*self._pins, *other.late])
         if rows is None:
-            return
-        self._rows = rows
-        self.field.add([item for item in items if not isinstance(item, Pin)])
-        self._system = self._system.with_rows(rows.matrix)
+            return other
+        other._rows = rows
+        other.field = self.field.with_late([item for item in items if not isinstance(item, Pin)])
+        other._system = self._system.with_rows(rows.matrix)
         if self._refinement is not None:
-            self._refinement.system = self._refinement.system.with_rows(rows.matrix)
+            other._refinement = self._refinement.of(other, rows.matrix)
+        return other
 
     def solve(self, method: Method) -> Floats:
         """Displacements ``(n, 3)`` for the present poses."""
@@ -152,9 +169,7 @@ class Prepared:
         targets = None if self._rows is None else self._rows.targets(held, prescribed)
         if self.symmetry is None:
             return system.solve(gradient, prescribed, targets)
-        return self.symmetry.vectors(
-            system.solve(self.symmetry.vectors(gradient), prescribed, targets)
-        )
+        return system.solve(self.symmetry.vectors(gradient), prescribed, targets)
 
     def settle(self, positions: Floats) -> None:
         """Set handles, pins and rigid features of ``positions`` (n, 3) exactly."""
@@ -181,14 +196,18 @@ class Prepared:
         held = [*(body for body, _ in self._hard), *self._eliminated]
         return HardRows(self._freedom, items, held, self.surface.diagonal)
 
-    def _averaged(self, quadratic: csr_array[np.float64]) -> csr_array[np.float64]:
+    def averaged(self, quadratic: csr_array[np.float64]) -> csr_array[np.float64]:
+        """A quadratic form ``(n, n)``, under a symmetry averaged with its mirror image."""
         return quadratic if self.symmetry is None else self.symmetry.operator(quadratic)
 
     def _factored(self, energy: Quadratic, order: ArrayLike | None = None) -> System:
         def quadratic() -> csr_array[np.float64]:
-            soft = self._penalties
-            total = energy() if soft is None else csr_array(energy() + soft.quadratic)
-            return self._averaged(total)
+            total = energy()
+            if self._penalties is not None:
+                total = csr_array(total + self._penalties.quadratic)
+            if self._anchors is not None:
+                total = csr_array(total + total.diagonal().mean() * self._anchors)
+            return self.averaged(total)
 
         return System(
             quadratic,

@@ -9,6 +9,7 @@ as-rigid-as-possible deformation" (2025), with a length where one takes over fro
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,12 +42,13 @@ class Refinement:
         )
         bend_share = settings.smoothness
         self._prepared = prepared
+        laplacian = prepared.averaged(soft.laplacian)
 
         def blend() -> csr_array[np.float64]:
-            return csr_array(edge_share * soft.laplacian + bend_share * prepared.bending())
+            return csr_array(edge_share * laplacian + bend_share * prepared.bending())
 
         self.system = system(blend)
-        links = csr_array(diags_array(soft.laplacian.diagonal()) - soft.laplacian)
+        links = csr_array(diags_array(laplacian.diagonal()) - laplacian)
         links.eliminate_zeros()
         self._start, self._indices = links.indptr.astype(np.int32), links.indices.astype(np.int32)
         self._weights = edge_share * links.data
@@ -54,6 +56,12 @@ class Refinement:
         self._group = np.full(len(rest), OWN, dtype=np.int32)
         for number, vertices in enumerate(prepared.together()):
             self._group[vertices] = number
+
+    def of(self, prepared: Prepared, rows: csr_array[np.float64]) -> Refinement:
+        """The same for what was prepared with other constraints on top."""
+        other = copy(self)
+        other._prepared, other.system = prepared, self.system.with_rows(rows)
+        return other
 
     def improved(self, displacement: Floats) -> Floats:
         """Displacements ``(n, 3)`` after some steps from those of the linear method."""

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -58,6 +59,8 @@ def checked_point(point: Any, surface: Surface, name: str) -> tuple[Region, Floa
     )
     try:
         where, weights = (np.asarray(part) for part in point)
+        if np.iscomplexobj(weights):
+            raise TypeError
         coefficients = weights.astype(np.float64)
     except (TypeError, ValueError):
         raise no_point from None
@@ -124,15 +127,23 @@ def require_apart(body: Body, others: Sequence[Body]) -> None:
         )
 
 
-def require_held(surface: Surface, edges: Ints, held: Iterable[Region]) -> None:
-    """Raise if a connected piece of the surface has nothing that holds it."""
-    count = len(surface.vertices)
-    graph = csr_array((np.ones(len(edges), np.int8), tuple(edges.T)), shape=(count, count))
-    part = connected_components(graph, directed=False)[1]
-    used = np.zeros(count, dtype=bool)
+def loose_vertices(surface: Surface, part: Ints, held: Iterable[Region]) -> NDArray[np.bool_]:
+    """A mask ``(n,)`` of the vertices whose connected ``part`` (n,) has nothing that holds it."""
+    used = np.zeros(len(surface.vertices), dtype=bool)
     used[surface.indices] = True
     holding = np.concatenate([np.empty(0, np.int64), *held])
-    loose = used & ~np.isin(part, part[holding])
+    return used & ~np.isin(part, part[holding])
+
+
+def connected_parts(count: int, edges: Ints) -> Ints:
+    """A number for each of ``count`` vertices: the same if edges join them."""
+    graph = csr_array((np.ones(len(edges), np.int8), tuple(edges.T)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], np.int32)
+
+
+def require_held(surface: Surface, part: Ints, held: Iterable[Region]) -> None:
+    """Raise if a connected piece of the surface has nothing that holds it."""
+    loose = loose_vertices(surface, part, held)
     if not loose.any():
         return
     pieces = np.unique(part[loose], return_index=True, return_counts=True)

@@ -8,6 +8,7 @@ taken of a matrix again, and may exceed pi.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,13 +61,15 @@ class RotationField:
         """Whether the rotation of all these vertices is interpolated, so that it may be given."""
         return bool(self._interpolates[vertices].all())
 
-    def add(self, bodies: Sequence[Fixed | Handle]) -> None:
-        """More regions whose rotation is given, on top of what is factored."""
+    def with_late(self, bodies: Sequence[Fixed | Handle]) -> RotationField:
+        """The same with more regions whose rotation is given, on top of what is factored."""
         if not bodies:
-            return
-        self.handles += [body for body in bodies if isinstance(body, Handle)]
-        self._late += [body.vertices for body in bodies]
-        self.weights = self._interpolated()
+            return self
+        other = copy(self)
+        other.handles = self.handles + [body for body in bodies if isinstance(body, Handle)]
+        other._late = self._late + [body.vertices for body in bodies]
+        other.weights = other._interpolated()
+        return other
 
     def rotations(self) -> RotationsOf:
         """A function that gives the rotation matrices ``(k, 3, 3)`` of vertices as they are now."""

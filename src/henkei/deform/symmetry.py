@@ -22,6 +22,7 @@ from henkei.deform.constraints import (
     Pin,
     Region,
     checked_vector,
+    is_number,
 )
 from henkei.deform.hard import Body
 from henkei.deform.regions import require_apart
@@ -49,7 +50,7 @@ class Symmetry:
         length = np.linalg.norm(direction)
         if not length:
             raise InvalidInput("the normal of the plane of symmetry is zero")
-        if tolerance is not None and not 0 <= tolerance < np.inf:
+        if tolerance is not None and not (is_number(tolerance) and 0 <= tolerance < np.inf):
             raise InvalidInput(f"tolerance must be a distance of at least 0, not {tolerance!r}")
         self.normal = direction / length
         self.reflection = np.eye(3) - 2 * np.outer(self.normal, self.normal)
@@ -118,7 +119,7 @@ class Symmetry:
                 twin.rotation = -source.rotation @ self.reflection
                 twin.scale = source.scale
             elif isinstance(twin, Feature) and isinstance(source, Feature):
-                twin.follow(source)
+                twin.pose = source.pose
             elif isinstance(twin, Pin) and isinstance(source, Pin):
                 twin.target = self.image(source.target)
 

@@ -12,7 +12,8 @@ from scipy.sparse.csgraph import connected_components
 
 from henkei.mesh import Floats
 
-DEPENDENT = 1e-9  # length of what is new in a row, by its own length
+DEPENDENT = 5e-8  # length of what is new in a row, by its own length; its square is a pivot
+NOTHING = 1e-9  # a coefficient up to this is rounding
 
 Indices = NDArray[np.int64]
 
@@ -86,5 +87,5 @@ def _dependence(rows: csr_array[np.float64]) -> tuple[Indices, Indices, Floats]:
     if not len(dependent) or not kept:
         return independent, dependent, np.zeros((len(dependent), len(kept)))
     solved = np.asarray(np.linalg.lstsq(dense[independent].T, dense[dependent].T)[0].T, np.float64)
-    solved[np.abs(solved) < DEPENDENT] = 0
+    solved[np.abs(solved) < NOTHING] = 0
     return independent, dependent, solved
