@@ -229,3 +229,66 @@ def test_values_that_are_no_numbers(value):
     ):
         with pytest.raises(InvalidInput):
             wrong()
+
+
+def test_a_loose_piece_goes_with_a_feature_at_its_offset():
+    piece = hk.Mesh(MESH.vertices * 0.1 + np.array([2.0, 2, 0]), MESH.faces)
+    mesh = together(MESH, piece)
+    loose = np.arange(len(mesh.vertices)) >= len(X)
+    d = hk.Deformer(mesh)
+    d.fix(np.flatnonzero(X == 0))
+    d.handle(np.flatnonzero(X == 4)).move((0, 0.4, 0.2), (0.1, 0.3, 0.2))
+    a, b = d.feature(np.flatnonzero(np.abs(X - 2) < 0.3)), d.feature(loose)
+    d.keep_offset(a, b)
+    moved = d.solve()
+    distance = np.linalg.norm(moved[a.vertices].mean(axis=0) - moved[b.vertices].mean(axis=0))
+    assert distance == pytest.approx(np.linalg.norm(a.centre - b.centre), rel=1e-12)
+    assert d.quality.feature_error < 1e-14
+
+
+def test_a_loose_piece_that_is_one_feature_goes_with_its_pin():
+    mesh = together(MESH, hk.Mesh(MESH.vertices + np.array([0, 3, 0]), MESH.faces))
+    d = hk.Deformer(mesh)
+    d.fix(np.flatnonzero(X == 0))
+    d.feature(np.arange(len(X), 2 * len(X)))
+    d.pin(len(X) + 5).move(mesh.vertices[len(X) + 5] + np.array([0, 0, 2]))
+    np.testing.assert_allclose(
+        d.solve()[len(X) :], mesh.vertices[len(X) :] + np.array([0, 0, 2]), rtol=0, atol=1e-12
+    )
+
+
+def test_fixed_regions_may_overlap():
+    found = []
+    for regions in ([X < 0.5], [X < 0.3, X < 0.5]):
+        d = hk.Deformer(MESH)
+        for region in regions:
+            d.fix(region)
+        d.handle(X == 4).move((0, 0.4, 0.2), (0.1, 0.3, 0.2))
+        found.append(d.solve())
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-12)
+
+
+def test_a_radius_is_true_beside_a_scale():
+    mesh = plate(relief=0.0)
+    d = hk.Deformer(mesh)
+    d.fix(mesh.vertices[:, 0] == -1)
+    hole = d.feature(mesh.topology.boundary_loops[1], keep="circle")
+    hole.scale = 1.5
+    assert hole.radius == pytest.approx(1.5 * hole.rest_radius)
+    hole.radius = 1.2 * hole.rest_radius
+    rim = d.solve()[hole.vertices]
+    spread = np.linalg.norm(rim - rim.mean(axis=0), axis=1)
+    np.testing.assert_allclose(spread, hole.radius, rtol=1e-9)
+
+
+def test_handles_have_no_other_settings():
+    handle = held().handles[0]
+    with pytest.raises(AttributeError):
+        handle.radius = 3
+    handle.translation = (0, 0, 1)
+    np.testing.assert_array_equal(handle.pose[0], (0, 0, 1))
+    with pytest.raises(InvalidInput, match="translation of 'grip'"):
+        handle.translation = (0, np.nan, 1)
+    with pytest.raises(InvalidInput, match="scale of 'grip'"):
+        handle.move((1, 1, 1), scale=-1)
+    np.testing.assert_array_equal(handle.translation, (0, 0, 1))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from henkei.errors import InvalidInput
-from henkei.geometry.circles import fitted_circle
+from henkei.geometry.circles import Circle, fitted_circle
 from henkei.geometry.rotations import TURN, matrices_from_vectors
 from henkei.mesh import Floats
 
@@ -23,16 +23,16 @@ ROUNDING = 1e-14  # of coordinates
 FLAT = 1e-3  # part of its size by which a region may leave the plane or line it shall keep
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class Fixed:
     """A region that stays where it is."""
 
     name: str
-    vertices: Region
+    vertices: Region = field(repr=False)
     weight: float | None = None
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class Handle:
     """A region that a user moves as one rigid, or evenly scaled, body.
 
@@ -43,15 +43,44 @@ class Handle:
     """
 
     name: str
-    vertices: Region
+    vertices: Region = field(repr=False)
     rest: Floats = field(repr=False)
     weight: float | None = None
-    translation: Floats = field(default_factory=lambda: np.zeros(3))
-    rotation: Floats = field(default_factory=lambda: np.zeros(3))
-    scale: float = 1.0
+    centre: Floats = field(init=False)
+    _translation: Floats = field(init=False, repr=False)
+    _rotation: Floats = field(init=False, repr=False)
+    _scale: float = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self.centre: Floats = self.rest.mean(axis=0)
+        self.centre = self.rest.mean(axis=0)
+        self.pose = NOTHING, NOTHING, 1.0
+
+    @property
+    def translation(self) -> Floats:
+        """``(3,)`` of the centroid, in the unit of the mesh."""
+        return self._translation
+
+    @translation.setter
+    def translation(self, value: ArrayLike) -> None:
+        self._translation = checked_vector(value, f"translation of {self.name!r}")
+
+    @property
+    def rotation(self) -> Floats:
+        """``(3,)`` rotation vector about the centroid, in radians."""
+        return self._rotation
+
+    @rotation.setter
+    def rotation(self, value: ArrayLike) -> None:
+        self._rotation = checked_vector(value, f"rotation of {self.name!r}")
+
+    @property
+    def scale(self) -> float:
+        """Factor about the centroid."""
+        return self._scale
+
+    @scale.setter
+    def scale(self, value: float) -> None:
+        self._scale = _positive(value, f"scale of {self.name!r}")
 
     def move(
         self,
@@ -72,10 +101,12 @@ class Handle:
         ------
         InvalidInput : not three finite numbers, or a scale that is not positive.
         """
-        translation = checked_vector(translation, f"translation of {self.name!r}")
-        rotation = checked_vector(rotation, f"rotation of {self.name!r}")
-        self.scale = _positive(scale, f"scale of {self.name!r}")
-        self.translation, self.rotation = translation, rotation
+        before = self.pose
+        try:
+            self.translation, self.rotation, self.scale = translation, rotation, scale
+        except InvalidInput:
+            self.pose = before
+            raise
 
     def turn(self, rotation: ArrayLike) -> None:
         """Turn the handle by a further rotation vector ``(3,)``, as a sequence of mouse moves does.
@@ -88,11 +119,11 @@ class Handle:
     @property
     def pose(self) -> tuple[Floats, Floats, float]:
         """Translation, rotation and scale; may be set to one that it had."""
-        return self.translation, self.rotation, self.scale
+        return self._translation, self._rotation, self._scale
 
     @pose.setter
     def pose(self, pose: tuple[Floats, Floats, float]) -> None:
-        self.translation, self.rotation, self.scale = pose
+        self._translation, self._rotation, self._scale = pose
 
     @property
     def shape(self) -> Floats:
@@ -111,7 +142,7 @@ class Handle:
         return self.translation + (self.rest - self.centre) @ turn.T
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class Feature:
     """A form feature: a region whose shape survives, whatever happens around it.
 
@@ -124,39 +155,48 @@ class Feature:
     axis : (3,) unit normal of the plane or axis of the circle, direction of the line; zeros
         if it is only rigid.
     rest_radius : of the circle; None if none is kept.
-    scale : slider: factor about the centre.
+    circle : that of the rim or wall, where it is known; otherwise it is fitted.
     """
 
     name: str
-    vertices: Region
+    vertices: Region = field(repr=False)
     rest: Floats = field(repr=False)
     keep: Keep = "rigid"
     weight: float | None = None
+    circle: Circle | None = field(default=None, repr=False)
+    centre: Floats = field(init=False)
+    axis: Floats = field(init=False)
+    rest_radius: float | None = field(init=False)
+    _scale: float = field(init=False, repr=False)
+    _radius: float | None = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self.centre: Floats = self.rest.mean(axis=0)
-        self.axis: Floats = np.zeros(3)
-        self.rest_radius: float | None = None
-        self._scale = 1.0
-        self._radius: float | None = None
+        self.centre, self.axis = self.rest.mean(axis=0), NOTHING
+        self.rest_radius = None
+        self._scale, self._radius = 1.0, None
         if self.keep != "rigid":
             _KEPT[self.keep](self)
 
     @property
     def scale(self) -> float:
+        """Factor about the centre; may be set. A radius that is set later overrides it."""
         return self._scale
 
     @scale.setter
     def scale(self, value: float) -> None:
         self._scale = _positive(value, f"scale of {self.name!r}")
+        self._radius = None
 
     @property
     def radius(self) -> float | None:
         """Present radius of a circle, in the unit of the mesh; may be set. None if none is kept.
 
-        The region is scaled away from the axis, not along it: a hole keeps its depth.
+        The region is scaled away from the axis, not along it: a hole keeps its depth, or what a
+        scale that was set before makes of it.
         """
-        return self.rest_radius if self._radius is None else self._radius
+        if self._radius is None and self.rest_radius is not None:
+            return self._scale * self.rest_radius
+        return self._radius
 
     @radius.setter
     def radius(self, value: float) -> None:
@@ -204,7 +244,7 @@ class Feature:
         if self._radius is None or self.rest_radius is None:
             return self._scale * UNIT
         along = np.outer(self.axis, self.axis)
-        return self._scale * (along + self._radius / self.rest_radius * (UNIT - along))
+        return self._scale * along + self._radius / self.rest_radius * (UNIT - along)
 
     @property
     def shift(self) -> Floats:
@@ -217,7 +257,7 @@ class Feature:
         return turned
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class Pin:
     """A point of the surface that shall be at a place.
 
@@ -292,10 +332,12 @@ def _straight(feature: Feature) -> None:
 
 
 def _round(feature: Feature) -> None:
-    try:
-        circle = fitted_circle(feature.rest)
-    except InvalidInput as error:
-        raise InvalidInput(f"{feature.name!r}: {error}") from None
+    if feature.circle is None:
+        try:
+            feature.circle = fitted_circle(feature.rest)
+        except InvalidInput as error:
+            raise InvalidInput(f"{feature.name!r}: {error}") from None
+    circle = feature.circle
     feature.centre, feature.axis, feature.rest_radius = circle.centre, circle.axis, circle.radius
 
 

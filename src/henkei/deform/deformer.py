@@ -151,7 +151,8 @@ class Deformer:
             if not len(vertices):
                 raise InvalidInput(f"region {name!r} has no vertex that a face uses")
         rest = self.mesh.vertices[vertices]
-        body = Feature(name, vertices, rest, keep, _checked_weight(weight, name))
+        circle = getattr(region, "circle", None) if keep == "circle" else None
+        body = Feature(name, vertices, rest, keep, _checked_weight(weight, name), circle)
         self._add(body)
         return body
 

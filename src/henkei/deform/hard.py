@@ -54,7 +54,10 @@ def freedom(
 def turning_freedom(
     count: int, used: Ints, bodies: Sequence[Body], groups: Sequence[int]
 ) -> csr_array[np.float64]:
-    """The same for rotations, ``(n, m)``: all vertices of a feature turn as one."""
+    """The same for rotations, ``(n, m)``: all vertices of a feature turn as one.
+
+    used : vertices that turn, those of features included.
+    """
     free = np.zeros(count, dtype=bool)
     free[used] = True
     column = np.full(count, -1)
@@ -63,8 +66,10 @@ def turning_freedom(
     column[free] = np.arange(free.sum())
     unknowns = int(free.sum())
     shared: dict[int, int] = {}
+    turns = np.zeros(count, dtype=bool)
+    turns[used] = True
     for body, group in zip(bodies, groups, strict=True):
-        if isinstance(body, Feature):
+        if isinstance(body, Feature) and turns[body.vertices].any():
             column[body.vertices] = shared.setdefault(group, unknowns + len(shared))
     rows = np.flatnonzero(column >= 0)
     return csr_array(

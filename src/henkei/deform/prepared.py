@@ -67,7 +67,8 @@ class Prepared:
         centre = surface.vertices[used].mean(axis=0)
         self.soft = soft_rows(surface, surface.vertices - centre, settings)
         holding = [body.vertices for body in bodies if not isinstance(body, Feature)]
-        part = connected_parts(count, self.soft.edges)
+        joined = np.array([[a.vertices[0], b.vertices[0]] for a, b in offsets], dtype=np.int32)
+        part = connected_parts(count, np.concatenate([self.soft.edges, joined.reshape(-1, 2)]))
         require_held(surface, part, [*holding, *(pin.vertices for pin in pins)])
         holding += [pin.vertices for pin in pins if pin.weight is not None]
         loose = loose_vertices(surface, part, [*holding, *(p.vertices for p in self._eliminated)])

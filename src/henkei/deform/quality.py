@@ -26,7 +26,8 @@ class DeformQuality:
         where it shall be.
     feature_error : largest distance of a hard feature's vertex from its shape, turned and moved to
         fit best; for planes and lines, what their distance from the best plane or line grew by.
-    soft_position_error : the same as the first for soft regions, handles and pins.
+    soft_position_error : the same for soft regions, handles and pins, and for the shape of soft
+        features.
     flipped : triangles that face against their normal, turned as the handles around them are.
     strain : change of edge lengths as a fraction, that 99 % of the edges don't exceed.
     area_change : of the whole surface, as a fraction.
@@ -71,8 +72,8 @@ def measured(surface: Surface, solution: Solution) -> DeformQuality:
     shapes = [0.0]
     for body in solution.bodies:
         if isinstance(body, Feature):
-            if body.weight is None:
-                shapes.append(shape_error(body, positions[body.vertices]))
+            error = shape_error(body, positions[body.vertices])
+            (shapes if body.weight is None else missed[True]).append(error)
             continue
         wanted = body.displacement if isinstance(body, Handle) else 0.0
         gaps = positions[body.vertices] - rest[body.vertices] - wanted

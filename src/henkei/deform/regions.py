@@ -113,10 +113,10 @@ def checked_name(name: str | None, kind: str, taken: Iterable[str]) -> str:
 
 
 def require_apart(body: Body, others: Sequence[Body]) -> None:
-    """Raise if a hard region shares vertices with another one."""
+    """Raise if a hard region shares vertices with another one; fixed regions may."""
     for other in others:
         shared = np.intersect1d(body.vertices, other.vertices)
-        if not len(shared):
+        if not len(shared) or (isinstance(body, Fixed) and isinstance(other, Fixed)):
             continue
         advice = "give each vertex to one of them, or make one soft with weight="
         if {type(body), type(other)} == {Fixed, Feature}:

@@ -27,6 +27,7 @@ from henkei.deform.constraints import (
 from henkei.deform.hard import Body
 from henkei.deform.regions import require_apart
 from henkei.errors import Infeasible, InvalidInput, some
+from henkei.geometry.circles import Circle
 from henkei.mesh import Floats, Surface
 from henkei.topology import Ints
 
@@ -145,11 +146,22 @@ class Symmetry:
                 return None
         order = np.argsort(self.partner[body.vertices])
         rest = self.image(body.rest)[order]
-        twin = dataclasses.replace(body, name=name, vertices=vertices, rest=rest)
+        twin: Handle | Feature
+        if isinstance(body, Feature):
+            circle = self._image_of(body.circle)
+            twin = dataclasses.replace(body, name=name, vertices=vertices, rest=rest, circle=circle)
+        else:
+            twin = dataclasses.replace(body, name=name, vertices=vertices, rest=rest)
         if body.weight is None:
             require_apart(twin, [other for other in bodies if other.weight is None])
         self._twins.append((body, twin))
         return twin
+
+    def _image_of(self, circle: Circle | None) -> Circle | None:
+        if circle is None:
+            return None
+        centre, axis = self.image(circle.centre), circle.axis @ self.reflection
+        return dataclasses.replace(circle, centre=centre, axis=axis)
 
     def _twin_pin(self, pin: Pin) -> Pin | None:
         vertices: Region = self.partner[pin.vertices].astype(np.int64)

@@ -59,9 +59,9 @@ class System:
         self.held = held
         restricted = csr_array(transposed @ quadratic())
         self._coupling = Product(-csr_array(csc_array(restricted)[:, held]))
-        reduced = csc_array(restricted @ freedom)
+        reduced = [csc_array(restricted @ freedom)]
         del restricted
-        self.factor: Factor = factor_spd(reduced, backend=solver, order=order)
+        self.factor: Factor = factor_spd(reduced.pop(), backend=solver, order=order)
         exact = _is_exact(self.factor)
         self._solve = self.factor.solve_unchecked if exact else self.factor.solve
         self._set(rows)

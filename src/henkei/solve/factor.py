@@ -165,6 +165,7 @@ def factor_spd(matrix: Any, *, backend: Backend = "auto", order: ArrayLike | Non
     A matrix that these refuse because rounding made it slightly indefinite goes to SuperLU.
     """
     csc = _checked(matrix)
+    del matrix  # which may be as large as the factor
     diagonal = csc.diagonal()
     if not (diagonal > 0).all():
         rows = np.flatnonzero(~(diagonal > 0))
