@@ -33,7 +33,7 @@ def held(mesh: hk.Mesh) -> tuple[hk.Deformer, int]:
     found = hk.find_features(mesh)
     for feature in [*found.holes, *found.lines[:8]]:
         if not taken[feature.vertices].any() and (feature.kind == "hole" or len(d.features) < 4):
-            d.feature(feature.vertices, keep="circle" if feature.suggested_keep == "circle"
+            d.feature(feature, keep="circle" if feature.suggested_keep == "circle"
                       else "rigid", name=feature.name)  # fmt: skip
             taken[feature.vertices] = True
     return d, axis
