@@ -84,3 +84,15 @@ def test_where_nothing_can_move_it_stays_lost():
     d.solve("refined")
     assert d.quality.hard_position_error < 1e-15
     assert d.quality.volume_change > 0.1
+
+
+def test_a_solid_that_cannot_change_is_left_as_it_is():
+    corners = np.array([[1.0, 1, 1], [-1, -1, 1], [-1, 1, -1], [1, -1, -1]])
+    mesh = hk.Mesh(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    d = hk.Deformer(mesh)
+    d.fix([0])
+    d.feature([1, 2])
+    d.pin(((1, 3), 0.3)).move((0.5, -1, 0.3))
+    d.pin(((2, 3), 0.6)).move((0, 0.5, -1.5))
+    d.solve("refined")
+    assert d.quality.hard_position_error < 1e-12

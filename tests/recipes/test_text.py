@@ -90,6 +90,9 @@ def test_the_line_of_a_key_that_is_on_another_line_than_its_value():
     ("text", "told"),
     [
         ('{"a": 1,\n "b": }', "line 2, column 7: not JSON: expecting value"),
+        ('{"a": 1,\n "b": [2, 3,\n]}', "line 2, column 12: not JSON: a trailing comma"),
+        ('{"a": 1,\n "b": {"c": 2} , }', "line 2, column 16: not JSON: a trailing comma"),
+        ('{"a": 1 "b": 2}', "line 1, column 9: not JSON: expecting ',' delimiter"),
         ('{"a": 1,\n "a": 2}', "an object has the key 'a' twice"),
         ("", "line 1, column 1: not JSON"),
         ("[" * 100_000, "not usable as JSON"),
@@ -118,3 +121,9 @@ def test_files_that_cannot_be_read(tmp_path):
 def test_a_byte_order_mark_is_no_fault(tmp_path):
     (tmp_path / "x.json").write_bytes(b'\xef\xbb\xbf{"a": 1}')
     assert parsed(tmp_path / "x.json") == ('{"a": 1}', {"a": 1})
+
+
+def test_the_line_of_a_key_that_is_further_out_too():
+    text = json.dumps({"region": {"grow": {"region": {"box": 1}}}}, indent=1)
+    assert line_of(text, ["region", "grow", "region"]) == 4
+    assert line_of(text, ["region", "grow", "region", "box"]) == 5

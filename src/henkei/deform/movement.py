@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array, diags_array
 
 from henkei.deform.constraints import UNIT, Feature, Handle, Pin
 from henkei.mesh import Floats
@@ -83,14 +84,15 @@ def _stretches(body: Moving) -> bool:
     return isinstance(body, Feature) and body.basis.shape[1] > 1
 
 
-def _averages(bodies: Sequence[tuple[bool, int]], sizes: Sequence[int]) -> Floats:
+def _averages(bodies: Sequence[tuple[bool, int]], sizes: Sequence[int]) -> csr_array[np.float64]:
     """Takes sums over the vertices of bodies to means over groups, ``(b, b)``; 0 without drift."""
-    drifts = np.array([drift for drift, _ in bodies], dtype=bool)
-    group = np.array([group for _, group in bodies], dtype=np.int64)
-    together = (group[:, None] == group) & drifts[:, None] & drifts
-    count = together @ np.array(sizes, dtype=np.float64)
-    averages: Floats = together / np.maximum(count, 1)[:, None]
-    return averages
+    drifting = np.flatnonzero([drift for drift, _ in bodies])
+    group = np.array([group for _, group in bodies], dtype=np.int64)[drifting]
+    names, number = np.unique(group, return_inverse=True)
+    entries = np.ones(len(drifting)), (number, drifting)
+    members = csr_array(entries, shape=(len(names), len(bodies)))
+    count = members @ np.array(sizes, dtype=np.float64)
+    return csr_array(members.T @ diags_array(1 / count) @ members)
 
 
 def _joined(arrays: Sequence[NDArray[Any]], dtype: type[np.generic]) -> NDArray[Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -63,6 +63,9 @@ class Settings:
                 raise InvalidInput(
                     f"{name} must be a number from {low:g} to {high:g}, not {value!r}"
                 )
+        if self.solver not in get_args(Backend):
+            known = ", ".join(map(repr, get_args(Backend)))
+            raise InvalidInput(f"unknown solver {self.solver!r}; known: {known}")
         for name in ("area_weighted", "keep_volume"):
             if not isinstance(getattr(self, name), bool):
                 raise InvalidInput(f"{name} must be True or False, not {getattr(self, name)!r}")

@@ -77,10 +77,17 @@ class System:
         return other
 
     def response(self, force: Floats) -> Floats:
-        """The displacements ``(n, k)`` that a force ``(n, k)`` adds where nothing else changes."""
+        """The displacements ``(n, k)`` that a force ``(n, k)`` adds where nothing else changes.
+
+        Zero where the rows leave it nothing to move: what is left then is rounding.
+        """
         still = np.zeros((len(self.held), force.shape[1]))
         targets = None if self._rows is None else np.zeros((self._rows.shape[0], force.shape[1]))
-        return self.solve(force, still, targets)
+        found = self.solve(force, still, targets)
+        if self._constrained is None:
+            return found
+        without_rows = self._expand(self._solve(self._restrict(force)))
+        return found if np.abs(found).max() > EXACT * np.abs(without_rows).max() else 0 * found
 
     def solve(self, gradient: Floats, prescribed: Floats, targets: Floats | None = None) -> Floats:
         """The displacements ``(n, k)``.

@@ -35,9 +35,8 @@ def parsed(path: Path) -> tuple[str, Any]:
     try:
         data = json.loads(text, object_pairs_hook=_without_repeats)
     except json.JSONDecodeError as error:
-        raise InvalidFile(
-            f"{path}, line {error.lineno}, column {error.colno}: not JSON: {_lowered(error.msg)}"
-        ) from None
+        line, column, fault = _fault(error)
+        raise InvalidFile(f"{path}, line {line}, column {column}: not JSON: {fault}") from None
     except _Repeated as error:
         lines = [number for number, line in enumerate(text.splitlines(), 1) if error.key in line]
         raise InvalidFile(
@@ -58,12 +57,12 @@ def line_of(text: str, place: Place) -> int:
         search: the line is that of the innermost value that is.
     """
     position = _skip(text, 0)
-    for step in place:
+    for depth, step in enumerate(place, 1):
         inside = dict(_members(text, position))
         if step not in inside:
             break
         key, position = inside[step]
-        if step == place[-1]:
+        if depth == len(place):
             position = key
     return text.count("\n", 0, position) + 1
 
@@ -161,5 +160,12 @@ def _filled(numbers: Sequence[float], width: int) -> list[str]:
     return lines
 
 
-def _lowered(message: str) -> str:
-    return message[:1].lower() + message[1:]
+def _fault(error: json.JSONDecodeError) -> tuple[int, int, str]:
+    """Line and column, from 1, and what is wrong there."""
+    text, position = error.doc, error.pos
+    before = text[:position].rstrip().removesuffix(",").rstrip()
+    comma = text.find(",", len(before), position + 1)
+    if comma >= 0 and text[_skip(text, comma + 1) :][:1] in ("]", "}"):
+        line, column = text.count("\n", 0, comma) + 1, comma - text.rfind("\n", 0, comma)
+        return line, column, "a trailing comma; nothing follows it, so take it out"
+    return error.lineno, error.colno, error.msg[:1].lower() + error.msg[1:]
