@@ -26,7 +26,8 @@ def main(folder: Path) -> list[Path]:
     for share in np.linspace(0, 1, 30):  # the mouse moves: a frame costs no solve
         positions = drag.positions(translation=(0, 0, 80 * share), angle=0.4 * share)
 
-    emblem.move(translation=(0, 0, 80), rotation=(0.4, 0, 0))  # the mouse goes up
+    emblem.translation = emblem.translation + np.array([0, 0, 80])  # the mouse goes up
+    emblem.turn((0.4, 0, 0))
     solved = deformer.solve()
     apart = np.abs(positions - solved).max() / part.diagonal
     print(f"the last frame was within {apart:.0e} of the diagonal of the solution")

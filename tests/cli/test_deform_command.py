@@ -13,10 +13,13 @@ import henkei as hk
 from henkei.cli import main
 from henkei.geometry import selection
 from henkei.geometry.element_quality import element_quality
+from henkei.geometry.rotations import matrices_from_vectors
+from henkei.io.cae import read_model
 from henkei.recipes.deform import DeformRecipe
 from henkei.shapes.panels import plate_with_holes
 from henkei.workflows.deform_by_recipe import deform_by_recipe
 from henkei.workflows.deform_picture import FIXED, LONGEST, MOVED, picked
+from models import abaqus, sheet
 
 RECIPE = {
     "fixed": ["rim 1"],
@@ -120,9 +123,54 @@ def test_a_member_that_fails_ends_with_3(folder, capsys):
     )
     assert not Path("bent_0002.ply").exists()
     assert Path("bent_0003.ply").exists()
+    Path("bent_0002.ply").write_text("of an older run")
+    assert main([*DEFORM, "--sweep", "top.scale=1,-1,2", "-o", "bent.ply"]) == 3
+    assert not Path("bent_0002.ply").exists()
+    capsys.readouterr()
     assert main([*DEFORM, "--sweep", "top.scale=0,-1", "-o", "none.ply"]) == 2
     assert capsys.readouterr().err.count("\n") == 2
     assert json.loads(Path("none_table.json").read_text())["members"][1]["error"]
+
+
+def test_families_are_not_mixed(folder, capsys):
+    assert main([*DEFORM, "--sweep", "top.z=0,1,2", "-o", "bent.ply"]) == 0
+    for path in ("bent_0003.obj", "bent_old.ply", "bent_12.ply"):
+        Path(path).write_text("something else")
+    before = {path: path.read_bytes() for path in folder.iterdir()}
+    capsys.readouterr()
+    assert main([*DEFORM, "--sweep", "top.z=5", "-o", "bent.ply"]) == 2
+    told = capsys.readouterr().err
+    assert "members of another family" in told
+    assert "bent_0002.ply, bent_0003.ply; remove them, or write under another name" in told
+    assert {path: path.read_bytes() for path in folder.iterdir()} == before
+    assert main([*DEFORM, "--sweep", "top.z=3,4,5,6", "-o", "bent.ply"]) == 0
+    assert main([*DEFORM, "-o", "bent.ply"]) == 0
+
+
+def test_doubtful_results_are_warned_of(folder, capsys):
+    recipe({**RECIPE, "features": [{"region": "hole 2", "radius": 5.5}]})
+    assert main([*DEFORM, "-o", "bent.ply"]) == 0
+    out, err = capsys.readouterr()
+    assert "sizes hole 2: radius 5 -> 5.5" in " ".join(out.split())
+    assert "of the edges change by at most" in out
+    assert err == ""
+    recipe({**RECIPE, "features": [{"region": "hole 2", "radius": 1}]})
+    assert main([*DEFORM, "-o", "bent.ply"]) == 0
+    expected = "warning: 'hole 2': radius 5 -> 1 is a change by more than a factor of 3"
+    assert expected in capsys.readouterr().err
+    assert main([*DEFORM, "-o", "bent.ply", "--json"]) == 0
+    out, err = capsys.readouterr()
+    told = json.loads(out)
+    assert err.splitlines() == [f"warning: {warning}" for warning in told["warnings"]]
+    np.testing.assert_allclose([*told["radii"]["hole 2"].values()], (5, 1))
+    assert told["largest_strain"] >= told["quality"]["strain"]
+    assert main([*DEFORM, "-o", "many.ply", "--sweep", "hole 2.radius=5,1", "--json"]) == 0
+    out, err = capsys.readouterr()
+    first, second = json.loads(out)["members"]
+    assert first["warnings"] == []
+    assert err.splitlines() == [f"warning: many_0002.ply: {why}" for why in second["warnings"]]
+    rows = list(csv.DictReader(Path("many_table.csv").read_text().splitlines()))
+    assert [row["warnings"] for row in rows] == ["", "; ".join(second["warnings"])]
 
 
 def test_a_picture(folder, capsys, monkeypatch):
@@ -204,6 +252,28 @@ def test_a_model_keeps_its_numbers(folder, capsys):
     np.testing.assert_allclose(hk.read("bent_0002.inp").vertices[8::9, 2], 2)
     assert main([*arguments, "-o", "bent.obj"]) == 0
     np.testing.assert_array_equal(hk.read("bent.obj").vertices, moved)
+
+
+@pytest.mark.filterwarnings("ignore:.*CONN3D2")
+def test_a_reference_point_goes_with_its_handle(folder):
+    """The tip turns about its own line, on which a point 50 mm away hangs."""
+    points, blocks = sheet(8, 4)
+    points[:, 2] = 0
+    tip = np.flatnonzero(points[:, 0] == 8) + 1
+    count = len(points)
+    text = abaqus(points, blocks) + f"*NODE\n{count + 1}, 38.0, 2.0, 40.0\n"
+    text += "*ELEMENT, TYPE=CONN3D2\n"
+    text += "".join(f"{9000 + node}, {count + 1}, {node}\n" for node in tip)
+    Path("sheet.inp").write_text(text)
+    turned = {"rotation": [0, 30, 0]}
+    end = {"region": {"box": [[8, None, None], [None] * 3]}, "move": turned}
+    recipe({"fixed": [{"box": [[None] * 3, [0, None, None]]}], "handles": [end]})
+    for method in ("linear", "refined"):
+        arguments = ["deform", "sheet.inp", "--recipe", "change.json", "-o", "bent.inp"]
+        assert main([*arguments, "--method", method]) == 0
+        nodes = read_model("bent.inp").nodes
+        rotation = matrices_from_vectors(np.radians([[0.0, 30, 0]]))[0]
+        np.testing.assert_allclose(nodes[count], rotation @ [30, 0, 40] + [8, 2, 0], atol=1e-9)
 
 
 def test_the_schema_of_recipes(capsys):

@@ -35,8 +35,8 @@ def test_a_table_with_numbers_and_sizes(panel, capsys, monkeypatch):
     assert "a [panel].obj" in told
     assert "features 1 rim, 2 holes, 1 pad" in told
     assert "rim 1 10 x 8, length 36 72 rigid" in told
-    assert "hole 1 radius 1.25 32 circle" in told
-    assert "hole 2 radius 0.75 32 circle" in told
+    assert "hole 1 radius 1.25, at (3, 3, 0) along (0, 0, 1) 32 circle" in told
+    assert "hole 2 radius 0.75, at (7, 5, 0) along (0, 0, 1) 32 circle" in told
     assert "plane" in told
     assert err == ""
 
@@ -49,6 +49,8 @@ def test_json_is_what_find_features_gives(panel, capsys):
     assert told["written"] == []
     for kind, features in find_features(panel).to_dict().items():
         assert told[kind] == features
+    assert told["holes"][1]["circle"]["centre"] == pytest.approx([7, 5, 0])
+    assert told["holes"][1]["circle"]["axis"] == pytest.approx([0, 0, 1])
 
 
 def test_a_solid_from_stl_is_welded(tmp_path, capsys, monkeypatch):

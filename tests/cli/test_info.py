@@ -9,6 +9,7 @@ import pytest
 
 from henkei.cli.info import info
 from henkei.errors import InvalidFile, InvalidInput
+from models import abaqus, sheet
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
@@ -48,6 +49,21 @@ def test_a_good_mesh(disk, capsys, monkeypatch):
     assert "boundary loops 1, of length 4 (4 vertices)" in told
     assert "combine takes this mesh" in told
     assert "register takes this mesh" in told
+
+
+def test_a_model_lists_what_regions_may_name(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    path = tmp_path / "model.inp"
+    bolts = "*NSET, NSET=BOLTS\n1, 2, 3\n*STEP"
+    path.write_text(abaqus(*sheet()).replace("*STEP", bolts, 1))
+    info(path)
+    told = words(capsys.readouterr().out)
+    assert "node sets 2, on vertices: 'set every' (20), 'set BOLTS' (3)" in told
+    assert "element sets 2, on faces: 'set set_quad' (9), 'set set_triangle' (6)" in told
+    assert "labels 1, on faces: 'property' = 0 (9), 1 (6)" in told
+    info(path, json=True)
+    (entry,) = json.loads(capsys.readouterr().out)
+    assert {"name": "set BOLTS", "on": "vertices", "values": {"1": 3}} in entry["labels"]
 
 
 def test_a_mesh_with_a_fault_says_it_once_and_what_to_do(flipped, capsys, monkeypatch):

@@ -6,13 +6,9 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from data import folder, real
 from henkei.errors import HenkeiError, InvalidInput, InvalidMesh, NotFinite
-from henkei.geometry.circles import fitted_circle, nearest_circle
 from henkei.geometry.form_features import find_features
 from henkei.geometry.outlines import outlines
 from henkei.io import read
@@ -21,81 +17,8 @@ from henkei.shapes import grid, icosphere
 from parts import circle, extruded, moved, plate, revolved, slot, subdivided_box
 
 
-def ring(count, radius=1.0, seed=0, height=0.0, levels=1):
-    """Points on a cylinder in general position, its axis, and a point on that axis."""
-    rng = np.random.default_rng(seed)
-    angle = 2 * np.pi * (np.arange(count) + rng.uniform(-0.3, 0.3, count)) / count
-    flat = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    points = np.concatenate(
-        [np.column_stack([flat, np.full(count, z)]) for z in np.linspace(0, height, levels)]
-    )
-    turn, shift = Rotation.random(random_state=seed).as_matrix(), rng.normal(size=3)
-    order = rng.permutation(len(points))
-    return points[order] @ turn.T + shift, turn[:, 2], shift
-
-
 def same_line(a, b) -> float:
     return float(np.linalg.norm(np.cross(a, b)))
-
-
-class TestCircles:
-    @given(
-        count=st.integers(5, 60),
-        radius=st.floats(1e-3, 1e4),
-        seed=st.integers(0, 999),
-        height=st.sampled_from([0.0, 0.05, 0.5, 3.0]),
-    )
-    @settings(max_examples=60, deadline=None)
-    def test_points_on_one_give_it_back(self, count, radius, seed, height):
-        points, axis, on_axis = ring(count, radius, seed, height * radius, 3 if height else 1)
-        found = fitted_circle(points)
-        assert found.radius == pytest.approx(radius, rel=1e-6)
-        assert same_line(found.axis, axis) < 1e-5
-        assert same_line(found.centre - on_axis, axis) < 1e-5 * max(radius, 1)
-        assert found.deviation < 1e-6 * radius + 1e-12
-        assert found.axis[np.abs(found.axis).argmax()] > 0
-
-    @pytest.mark.parametrize("seed", range(4))
-    def test_the_sum_of_squared_distances_is_least(self, seed):
-        points, axis, _ = ring(25, 3.0, seed)
-        points += 0.05 * np.random.default_rng(seed).normal(size=points.shape)
-        found = nearest_circle(points, axis)
-
-        def cost(centre, radius):
-            beside = points - centre
-            beside = beside - np.outer(beside @ axis, axis)
-            return ((np.linalg.norm(beside, axis=1) - radius) ** 2).sum()
-
-        best = cost(found.centre, found.radius)
-        for step in 1e-4 * np.concatenate([np.eye(3), -np.eye(3)]):
-            assert cost(found.centre + step, found.radius) >= best - 1e-12
-        for step in (1e-4, -1e-4):
-            assert cost(found.centre, found.radius + step) > best
-
-    def test_a_slanted_end_does_not_tilt_the_axis(self):
-        points, axis, origin = ring(40, 1.0, 3, height=2.0, levels=5)
-        along = (points - origin) @ axis
-        slanted = points + np.outer(0.4 * along / 2 * (points - origin)[:, 0], axis)
-        assert same_line(fitted_circle(slanted).axis, axis) < 1e-6
-
-    @pytest.mark.parametrize(
-        ("points", "told"),
-        [
-            (np.zeros((9, 3)), "line or in one place"),
-            (np.outer(np.arange(9), [1, 2, 3]), "line or in one place"),
-            (np.eye(3)[:2], "no circle"),
-            (np.column_stack([slot(0, 0, 3, 1), np.zeros(40)]), "not round"),
-            (np.random.default_rng(0).normal(size=(30, 3)), "not round"),
-        ],
-    )
-    def test_what_is_no_circle_is_refused(self, points, told):
-        with pytest.raises(InvalidInput, match=told):
-            fitted_circle(points)
-
-    def test_an_octagon_is_not_all_around_but_a_decagon_is(self):
-        for count, full in ((4, False), (8, False), (10, True), (30, True)):
-            points = np.column_stack([circle(0, 0, 1, count), np.zeros(count)])
-            assert fitted_circle(points).is_full(points) == full
 
 
 class TestSheets:
@@ -158,6 +81,21 @@ class TestSheets:
         collar = [(1, -0.5), (1, 0), (2, 0), (5, 0)]
         assert told(collar) == [False, True]
         assert told([*collar, (5, -1)]) == [False, True]  # a lid
+
+    def test_chains_that_end_at_edges_with_more_than_two_faces_are_no_holes(self):
+        sheet = plate(circle(3, 3, 1))
+        fin = [[*sheet.faces[0][:2], len(sheet.vertices)]]
+        finned = Mesh(np.vstack([sheet.vertices, [[5, 5, 3]]]), np.concatenate([sheet.faces, fin]))
+        assert any(len(loop) < 3 for loop in finned.topology.boundary_loops)
+        found = find_features(finned)
+        assert [len(hole.vertices) for hole in found.holes] == [32]
+        assert all(feature.length > 0 for feature in (*found.rims, *found.holes))
+
+    def test_a_rough_circle_is_told_but_not_suggested(self):
+        oval = circle(3, 3, 1) + 0.03 * (circle(3, 3, 1) - 3) * [1, -1]
+        (hole,) = find_features(plate(oval)).holes
+        assert hole.circle.radius == pytest.approx(1, rel=1e-3)
+        assert hole.suggested_keep == "rigid"
 
     def test_a_fold_is_a_line(self):
         flat = grid(20, 10, size=(2, 1))
@@ -308,8 +246,18 @@ class TestResult:
         assert len({feature.name for feature in found}) == len(found)
         assert found["hole 1"] is found.holes[0]
         assert str(found).startswith("hole 1    radius 1, depth 2, through (128 vertices)")
-        with pytest.raises(InvalidInput, match="no feature 'hole 9'"):
-            found["hole 9"]
+        assert repr(found.holes[0]) == "<hole 1: radius 1, depth 2, through (128 vertices)>"
+        assert repr(found) == "<form features: 1 hole, 12 lines, 6 pads>"
+        for wrong, told in (
+            ("Hole 1", "no feature 'Hole 1', did you mean 'hole 1'?; there are: hole 1"),
+            ("PAD 4", "did you mean 'pad 4'?; there are: pad 1, pad 2, pad 3, pad 4, pad 5, pad 6"),
+            ("hole 9", "did you mean 'hole 1'?; there are: hole 1"),
+            ("weld", "no feature 'weld'; there are: hole 1, line 1"),
+        ):
+            with pytest.raises(InvalidInput) as error:
+                found[wrong]
+            assert told in str(error.value)
+            assert ("pad 6" in str(error.value)) == (wrong in ("PAD 4", "weld"))
 
     def test_nothing_found_is_no_error(self):
         found = find_features(icosphere(2))
@@ -371,6 +319,9 @@ def test_a_damaged_mesh_has_features_or_a_reason_why_not():
             found = find_features(mesh)
         except HenkeiError:
             continue
+        for loop in (*found.rims, *found.holes):
+            assert len(loop.vertices) > 2
+            assert loop.length > 0
         for feature in found:
             assert (feature.vertices < len(mesh.vertices)).all()
             assert np.isfinite(feature.centre).all()

@@ -168,10 +168,52 @@ def test_what_hangs_on_the_surface():
     np.testing.assert_array_equal(nodes[count], model.nodes[count])
 
 
+@pytest.mark.parametrize("degrees", [30.0, 170.0])
+def test_a_row_that_turns_about_its_own_line_carries_what_it_holds(degrees):
+    """No vertex moves, and a reference point 50 mm away does, as one body with the row."""
+    points, blocks = sheet(6, 3)
+    row = np.flatnonzero(points[:, 0] == 0)
+    count = len(points)
+    more = f"*NODE\n{count + 1}, -30.0, 1.5, 40.0\n*ELEMENT, TYPE=CONN3D2\n"
+    more += "".join(f"{9001 + k}, {count + 1}, {node + 1}\n" for k, node in enumerate(row))
+    with pytest.warns(UserWarning, match="CONN3D2"):
+        model = model_from(points, blocks, more)
+    vertices = model.surface.vertices
+    rotation = turn(0, np.radians(degrees), 0)
+    rotations = np.broadcast_to(np.eye(3), (len(vertices), 3, 3)).copy()
+    rotations[vertices[:, 0] == 0] = rotation
+    nodes = moved(model, vertices, rotations=rotations)
+    np.testing.assert_allclose(nodes[count], rotation @ model.nodes[count], atol=1e-12)
+    np.testing.assert_array_equal(nodes[:count], model.nodes[:count])
+    away = vertices + np.array([3.0, -2.0, 1.0]) * (vertices[:, :1] == 0)
+    nodes = moved(model, away, rotations=rotations)
+    expected = rotation @ model.nodes[count] + [3.0, -2.0, 1.0]
+    np.testing.assert_allclose(nodes[count], expected, atol=1e-12)
+
+
+def test_middles_on_a_line_that_turns_about_itself():
+    points, blocks = second_order(*sheet(4, 3))
+    model = model_from(points, blocks)
+    vertices = model.surface.vertices
+    rotation = turn(0, 0.7, 0)
+    rotations = np.broadcast_to(np.eye(3), (len(vertices), 3, 3)).copy()
+    rotations[vertices[:, 0] == 0] = rotation
+    nodes = moved(model, vertices, rotations=rotations)
+    (quads,) = [block for block in model.blocks if block.kind == "quad8"]
+    ends = np.stack([quads.corners, np.roll(quads.corners, -1, axis=1)], axis=2)
+    on_line = (model.nodes[ends][..., 0] == 0).all(axis=2)
+    middles, ends = quads.nodes[:, 4:][on_line], ends[on_line]
+    centre = model.nodes[ends].mean(axis=1)
+    expected = centre + (model.nodes[middles] - centre) @ rotation.T
+    np.testing.assert_allclose(nodes[middles], expected, atol=1e-12)
+
+
 def test_what_is_refused():
     model = solid("tetra")
     with pytest.raises(InvalidInput, match="positions have shape"):
         moved(model, model.nodes)
+    with pytest.raises(InvalidInput, match="rotations have shape"):
+        moved(model, model.surface.vertices, rotations=np.eye(3))
     bad = model.surface.vertices.copy()
     bad[3] = np.inf
     with pytest.raises(NotFinite, match="vertices 3"):

@@ -13,6 +13,7 @@ from data import real
 from henkei import select
 from henkei.errors import InvalidInput
 from henkei.geometry.creases import Folds
+from henkei.geometry.form_features import find_features
 from henkei.geometry.visibility import hidden
 from henkei.io import read
 from henkei.mesh import Attributes, Mesh, PolygonMesh
@@ -242,6 +243,12 @@ def test_growing_is_the_distance_over_edges(rings, start):
     mask = np.zeros(count, dtype=bool)
     mask[start] = True
     assert np.array_equal(select.grown(mesh, mask, rings), select.grown(mesh, start, rings))
+
+
+def test_a_found_feature_is_a_region():
+    mesh = plate(circle(3, 3, 1))
+    (hole,) = find_features(mesh).holes
+    assert np.array_equal(select.grown(mesh, hole, 2), select.grown(mesh, hole.vertices, 2))
 
 
 class TestCamera:

@@ -23,7 +23,7 @@ index = st.integers(0, 10**9)
 point = st.lists(number, min_size=3, max_size=3)
 pair = st.lists(number, min_size=2, max_size=2)
 name = st.text(min_size=1, max_size=6)
-bound = st.none() | number
+interval = st.tuples(number, number).map(sorted) | st.sampled_from([[None, 3], [-2, None]])
 
 
 def record(required, optional=()):
@@ -39,7 +39,12 @@ simple = st.one_of(
     name,
     only("vertices", st.lists(index, min_size=1, max_size=8)),
     only("file", name),
-    only("box", st.lists(st.lists(bound, min_size=3, max_size=3), min_size=2, max_size=2)),
+    only(
+        "box",
+        st.lists(interval, min_size=3, max_size=3).map(
+            lambda sides: [*map(list, zip(*sides, strict=True))]
+        ),
+    ),
     only("sphere", record({"radius": positive}, {"center": point})),
     only("line", record({"from": point, "to": point, "within": positive})),
     only("boundary_loop", st.integers(1, 9) | point),
@@ -243,6 +248,11 @@ SPHERE = ("handles", 0, "region", "without", 0, "sphere")
             "features[1].keep: a rad",
         ),
         (("features", 1, "region", "box"), [[0, 0, 0]], "features[1].region.box[1]: is missing"),
+        (
+            ("features", 1, "region", "box"),
+            [[0, 5, None], [1, 2, 3]],
+            "features[1].region.box: the lower corner has y = 5, the upper one 2; swap them",
+        ),
         (("pins", 0, "point"), "here", "pins[0].point: should be a valid integer, not 'here'"),
         (("pins", 0, "point"), {"edge": [0, 1], "at": 2}, "pins[0].point.at: should be less than"),
         (("pins", 0, "point"), {"face": 2}, "pins[0].point.barycentric: is missing"),

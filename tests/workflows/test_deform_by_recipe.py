@@ -170,9 +170,10 @@ def test_pins(beam):
     quads = bar(across=4, along=24, quads=True)
     for surface in (beam, quads):
         for target in ({"move": [0, 1, 0]}, {"to": [3.1, 1.5, 0.2]}):
-            done = bent(surface, pins=[{"point": [3.1, 0.9, 0.2], **target}])
+            done = bent(surface, pins=[{"point": [3.1, 0.55, 0.2], **target}])
             stage = staged(
-                DeformRecipe.of({"fixed": ["pad 5"], "pins": [{"point": [3.1, 0.9, 0.2]}]}), surface
+                DeformRecipe.of({"fixed": ["pad 5"], "pins": [{"point": [3.1, 0.55, 0.2]}]}),
+                surface,
             )
             pin = stage.pins[0]
             np.testing.assert_allclose(pin.rest, rest, atol=1e-12)
@@ -229,6 +230,23 @@ def test_options_of_finding(beam):
         ),
         ({"fixed": ["rim 1"], "symmetry": {"normal": [1, 2, 0]}}, "symmetry: the mesh is not"),
         ({"fixed": ["rim 1"], "pins": [{"point": 10**6}]}, "'pin 1'"),
+        (
+            {"fixed": ["rim 1"], "pins": [{"point": [-20, 0, 7]}]},
+            "pins[0].point: [-20.0, 0.0, 7.0] is 7 away from the surface, more than 1% of its "
+            "diagonal; the point nearest to it is [-20.0, 0.0, 0.0]",
+        ),
+        (
+            {"fixed": ["rim 1", {"grow": {"region": "hole 1"}}], "features": ["hole 1", "hole 2"]},
+            'as in {"without": [{"grow": {"region": "hole 1"}}, "hole 1"]}, or make one part soft',
+        ),
+        (
+            {"fixed": ["hole *"], "features": ["hole 1", "hole 2"]},
+            "'hole 1' and 'fixed 1' overlap in 24 vertices",
+        ),
+        (
+            {"fixed": ["rim 1"], "features": ["hole 2", {"name": "two", "region": "hole 2"}]},
+            "these two regions are one, so leave one of them out, or make one part soft",
+        ),
         ({"fixed": ["rim 1"], "features": [{"region": "rim 1", "keep": "line"}]}, "'rim 1'"),
     ],
 )
@@ -238,12 +256,52 @@ def test_what_does_not_fit_the_mesh_is_named(plate, data, told):
     assert told in str(caught.value)
 
 
+def test_all_overlaps_are_told_at_once(plate):
+    recipe = {"fixed": [{"box": [[None] * 3, [-1, None, None]]}], "features": ["hole *"]}
+    with pytest.raises(InvalidInput) as caught:
+        staged(DeformRecipe.of(recipe), plate)
+    left = [
+        f"'{hole.name}' and 'fixed 1' overlap"
+        for hole in hk.find_features(plate).holes
+        if (plate.vertices[hole.vertices, 0] <= -1).any()
+    ]
+    assert len(left) == 3
+    assert all(told in str(caught.value) for told in left)
+    assert str(caught.value).count("overlap") == 3
+    cure = ', "hole 1", "hole 2", "hole 3"]}, or make one part soft'
+    assert cure in str(caught.value)
+
+
+@pytest.mark.parametrize(("fixed", "told"), [([], "nothing is fixed;"), (["soft"], "but softly;")])
+def test_something_must_be_fixed(plate, fixed, told):
+    parts = [{"region": "rim 1", "weight": 2} for _ in fixed]
+    with pytest.raises(InvalidInput, match=rf'{told} say what stays, as in "fixed": \["rim 1"\]'):
+        deform_by_recipe(DeformRecipe.of({"fixed": parts}), plate)
+
+
+def test_poses_do_not_depend_on_the_ones_before(plate):
+    def recipe(**size):
+        feature = {"region": "hole 3", "keep": "circle", **size}
+        return DeformRecipe.of({"fixed": ["rim 1"], "features": [feature]})
+
+    stage = staged(recipe(), plate)
+    for size, radius in (
+        ({"radius": 6}, 6),
+        ({}, 5),
+        ({"scale": 1.2, "radius": 4}, 4),
+        ({"scale": 1.2}, 6),
+        ({}, 5),
+    ):
+        stage.pose(recipe(**size))
+        np.testing.assert_allclose(stage.features[0][0].radius, radius)
+
+
 def family_of(recipe, surface, texts, write=None):
     sweeps = parsed_sweeps(texts, recipe)
     meshes = {}
 
-    def keep(number, surface):
-        meshes[number] = surface
+    def keep(number, done):
+        meshes[number] = done.mesh
         return Path(f"{number}.obj")
 
     stage = staged(first_of(recipe, sweeps), surface)
@@ -296,7 +354,7 @@ def test_a_member_that_fails_does_not_stop_the_others(plate, swept):
 
 
 def test_a_file_that_cannot_be_written_is_a_failure_of_its_member(plate, swept):
-    def refuse(number, surface):
+    def refuse(number, done):
         if number == 2:
             raise InvalidInput("the disk is full")
         return Path("x")
@@ -304,7 +362,7 @@ def test_a_file_that_cannot_be_written_is_a_failure_of_its_member(plate, swept):
     _, _, family = family_of(swept, plate, ["handle 1.z=0,1,2"], refuse)
     assert [member.error for member in family.members] == ["", "the disk is full", ""]
 
-    def cancel(number, surface):
+    def cancel(number, done):
         raise Cancelled("enough")
 
     with pytest.raises(Cancelled):

@@ -11,6 +11,7 @@ import pytest
 from data import folder, real
 from henkei.mesh import Mesh, PolygonMesh
 from henkei.workflows.diagnose import diagnose
+from models import abaqus, box, parsed
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
 
@@ -39,6 +40,23 @@ def test_a_good_disk():
         "deform",
     ]
     assert all(use.reason == use.remedy == "" for use in d.methods.values())
+
+
+def test_labels_are_those_of_a_model():
+    model = parsed(
+        abaqus(*box("hexahedron", 3, 3, 3)).replace(
+            "*STEP", "*NSET, NSET=BOLTS\n1, 2, 3\n*ELSET, ELSET=TOP\n1, 2\n*STEP", 1
+        )
+    )
+    labels = {(label.name, label.on): label.values for label in diagnose(model.surface).labels}
+    assert labels == {
+        ("set every", "vertices"): {1: 56},
+        ("set BOLTS", "vertices"): {1: 3},
+        ("property", "faces"): {1: 54},
+        ("set set_hexahedron", "faces"): {1: 54},
+        ("set TOP", "faces"): {1: 5},
+    }
+    assert diagnose(Mesh(SQUARE, [[0, 1, 2], [0, 2, 3]])).labels == ()
 
 
 def test_components_have_a_genus_each_and_stand_by_size():

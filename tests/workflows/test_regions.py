@@ -41,7 +41,7 @@ VIEW = selection.Camera((0, 0, 300), (0, 0, 0), field_of_view=None, height=80)
     [
         ({"vertices": [5, 3, 5]}, lambda m: [3, 5]),
         (
-            {"box": [[10, 20, 1], [0, 0, -1]]},
+            {"box": [[0, 0, -1], [10, 20, 1]]},
             lambda m: selection.in_box(m, [0, 0, -1], [10, 20, 1]),
         ),
         (
@@ -139,7 +139,10 @@ def test_indices_in_a_file(plate, tmp_path):
         ({"boundary_loop": 7}, "region.boundary_loop: there is no loop 7, the mesh has 6"),
         ("hole 9", "region.feature: the mesh has no feature 'hole 9', did you mean 'hole "),
         ("bosss *", "region.feature: the mesh has no feature 'bosss *'"),
-        ({"label": {"name": "part"}}, "region.label: the mesh has no attribute of faces or"),
+        (
+            {"label": {"name": "part"}},
+            "region.label: the mesh has no label 'part'; it has 'property'",
+        ),
         ({"without": ["rim 1", "rim 1"]}, "region.without: no vertex is left"),
         ({"not": {"box": [[None] * 3, [None] * 3]}}, "region.not: no vertex is left"),
         (

@@ -20,6 +20,8 @@ from henkei.cli.deforming import (
     part_lines,
     result_entry,
     result_lines,
+    warn,
+    warned,
     write_tables,
 )
 from henkei.cli.outputs import Written, shown
@@ -27,7 +29,7 @@ from henkei.errors import InvalidInput
 from henkei.mesh import Surface
 from henkei.progress import part
 from henkei.recipes.deform import DeformRecipe
-from henkei.workflows.deform_by_recipe import solved
+from henkei.workflows.deform_by_recipe import Deformed, solved
 from henkei.workflows.deform_family import Family, deformed_family, first_of
 from henkei.workflows.deform_files import MeshFile
 from henkei.workflows.sweeps import Sweep, combinations, parsed_sweeps
@@ -71,7 +73,11 @@ def deform(
     A family for a study: `henkei deform panel.obj --recipe change.json -o bent.obj --sweep
     "crown.z=0:20:5"` writes `bent_0001.obj` and so on, all of one connectivity, with a table of
     their values and figures. A member that cannot be made is reported and does not stop the others;
-    the exit status is then 3, or 2 if none could be made.
+    the exit status is then 3, or 2 if none could be made. Members of an older, longer family of the
+    same name are not mixed with these: they must be removed first.
+
+    A result that should not be trusted, with flipped triangles, bad elements or edges that became
+    more than twice as long, comes with a warning; the exit status stays 0.
 
     Parameters
     ----------
@@ -131,16 +137,17 @@ def _one(task: Task, json: bool) -> None:
         done = solved(stage, task.chosen)
         files = []
         if outputs.mesh is not None:
-            task.source.write(outputs.mesh, done.mesh)
+            task.source.write(outputs.mesh, done.mesh, done.rotations)
             files.append(Written.of("the deformed mesh", [outputs.mesh]))
         files += outputs.draw(stage, [done.mesh])
     if json:
         told = task.as_dict() | part_entry(stage) | result_entry(stage, done)
         _print({**told, "files": [file.as_dict() for file in files]})
-        return
-    lines = [*task.lines, *part_lines(stage), *result_lines(stage, done, task.at_rest)]
-    console().print(listing(lines))
-    console().print(shown(files))
+    else:
+        lines = [*task.lines, *part_lines(stage), *result_lines(stage, done)]
+        console().print(listing(lines))
+        console().print(shown(files))
+    warn(done.warnings)
 
 
 def _many(task: Task, sweeps: list[Sweep], json: bool) -> None:
@@ -148,17 +155,18 @@ def _many(task: Task, sweeps: list[Sweep], json: bool) -> None:
     in_picture = outputs.in_picture()
     pictured: list[Surface] = []
 
-    def write(number: int, surface: Surface) -> Path:
+    def write(number: int, done: Deformed) -> Path:
         path = outputs.member(number)
-        task.source.write(path, surface)
+        task.source.write(path, done.mesh, done.rotations)
         if number in in_picture:
-            pictured.append(surface)
+            pictured.append(done.mesh)
         return path
 
     with progress_bar() as progress:
         first = first_of(task.chosen, sweeps)
         stage = task.staged(first, part(progress, 0.0, 0.1))
         family = deformed_family(stage, first, sweeps, write, part(progress, 0.1, 1.0))
+    outputs.remove_old(family)
     write_tables(family, outputs)
     files = [*family_files(family, outputs), *outputs.draw(stage, pictured)]
     if json:
@@ -166,8 +174,9 @@ def _many(task: Task, sweeps: list[Sweep], json: bool) -> None:
         _print({**told, "files": [file.as_dict() for file in files]})
     else:
         lines = [*task.lines, *part_lines(stage)]
-        console().print(listing([*lines, *family_lines(family, sweeps, stage, task.at_rest)]))
+        console().print(listing([*lines, *family_lines(family, sweeps, stage)]))
         console().print(shown(files))
+    warn(warned(family))
     _end(family)
 
 

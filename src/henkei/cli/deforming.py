@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json as jsonlib
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
+from henkei.cli.console import errors
 from henkei.cli.outputs import Written
 from henkei.deform import DeformQuality, Feature, Fixed, Handle
 from henkei.errors import InvalidInput, some
-from henkei.geometry.element_quality import ElementQuality, element_quality
+from henkei.geometry.element_quality import ElementQuality
 from henkei.io.whole import whole
 from henkei.mesh import Surface
 from henkei.progress import Progress
@@ -28,6 +29,7 @@ View = Literal[
     "front", "back", "left", "right", "top", "bottom", "three-quarter", "three-quarter-left"
 ]
 Lines = list[tuple[str, str]]
+WARNINGS = 20  # told at most
 
 
 @dataclass(frozen=True)
@@ -60,12 +62,36 @@ class Outputs:
             if path.resolve() in taken:
                 raise InvalidInput(f"{path} would overwrite {taken[path.resolve()]}; rename it")
             taken[path.resolve()] = f"another output ({path})"
+        self._check_for_others({path.resolve() for path in inputs})
+
+    def _check_for_others(self, inputs: set[Path]) -> None:
+        """Refuse to write a family among members of another one."""
+        if self.mesh is None or self.count is None:
+            return
+        ours = {path.name for path in map(self.member, range(1, self.count + 1))}
+        form = re.compile(re.escape(self.mesh.stem) + r"_\d{4,}" + re.escape(self.mesh.suffix))
+        others = sorted(
+            path.name
+            for path in self.mesh.parent.iterdir()
+            if form.fullmatch(path.name) and path.name not in ours and path.resolve() not in inputs
+        )
+        if others:
+            raise InvalidInput(
+                f"{self.mesh.parent} has members of another family under this name that these "
+                f"{self.count:,} would not replace: {some(others)}; remove them, or write under "
+                "another name"
+            )
 
     def member(self, number: int) -> Path:
         """The file of a member of a family, from 1: ``bent_0001.obj``."""
         assert self.mesh is not None
         digits = max(4, len(str(self.count)))
         return self.mesh.with_stem(f"{self.mesh.stem}_{number:0{digits}}")
+
+    def remove_old(self, family: Family) -> None:
+        """Remove what older runs wrote under the names of members that could not be made."""
+        for member in family.failed:
+            self.member(member.number).unlink(missing_ok=True)
 
     @property
     def tables(self) -> tuple[Path, Path]:
@@ -114,11 +140,6 @@ class Task:
     chosen: DeformRecipe
     outputs: Outputs
 
-    @cached_property
-    def at_rest(self) -> ElementQuality:
-        """Of the elements before."""
-        return element_quality(self.source.surface)
-
     def staged(self, recipe: DeformRecipe, progress: Progress) -> Staged:
         """The parts of a recipe on the mesh.
 
@@ -150,7 +171,6 @@ class Task:
             "faces": self.source.surface.face_count,
             "recipe": str(self.recipe),
             "method": self.chosen.method,
-            "elements_at_rest": elements_entry(self.at_rest),
         }
 
 
@@ -181,10 +201,12 @@ def _sized(body: Fixed | Feature | Handle) -> str:
     return f"{body.name} ({len(body.vertices):,} vertices{kept}{soft})"
 
 
-def result_lines(stage: Staged, done: Deformed, before: ElementQuality) -> Lines:
+def result_lines(stage: Staged, done: Deformed) -> Lines:
     """What was solved, with what, and how good it is."""
-    q, now = done.quality, done.elements
+    q, now, before = done.quality, done.elements, stage.elements
+    radii = [f"{name}: radius {a:.6g} -> {b:.6g}" for name, (a, b) in done.radii.items()]
     return [
+        *([("sizes", some(radii, 12))] if radii else []),
         (
             "solved",
             f"{q.method}, by {q.backend}, in {stage.seconds:.2g} s to prepare and "
@@ -198,7 +220,11 @@ def result_lines(stage: Staged, done: Deformed, before: ElementQuality) -> Lines
             f"{now.worst_aspect_ratio:.3g} (at rest {before.worst_aspect_ratio:.3g})",
         ),
         ("flipped", f"{q.flipped:,} triangles" if q.flipped else "no triangle"),
-        ("strain", f"99 % of the edges change by at most {q.strain:.2%}"),
+        (
+            "strain",
+            f"99 % of the edges change by at most {q.strain:.2%}, the worst by "
+            f"{done.largest_strain:.2%}",
+        ),
     ]
 
 
@@ -208,10 +234,9 @@ def _met(q: DeformQuality, stage: Staged) -> str:
     return f"positions to {q.hard_position_error:.1e} of the diagonal{soft}{features}"
 
 
-def family_lines(
-    family: Family, sweeps: Sequence[Sweep], stage: Staged, before: ElementQuality
-) -> Lines:
+def family_lines(family: Family, sweeps: Sequence[Sweep], stage: Staged) -> Lines:
     """What was swept, how many were done, and how good the worst is."""
+    before = stage.elements
     lines = [("sweep" if one is sweeps[0] else "", _values(one)) for one in sweeps]
     done = [member for member in family.members if not member.error]
     failed = f", {len(family.failed):,} failed" if family.failed else ""
@@ -246,6 +271,20 @@ def _values(sweep: Sweep) -> str:
     return f"{sweep.label}: {len(values)} value{'s' if len(values) > 1 else ''}, {listed}"
 
 
+def warned(family: Family) -> list[str]:
+    """Why not to trust members, each with its file."""
+    return [f"{one.file}: {warning}" for one in family.members for warning in one.warnings]
+
+
+def warn(warnings: Iterable[str]) -> None:
+    """Tell warnings, of very many the first ones."""
+    listed = list(warnings)
+    for warning in listed[:WARNINGS]:
+        errors().print(f"warning: {warning}", markup=False, soft_wrap=True)
+    if len(listed) > WARNINGS:
+        errors().print(f"warning: and {len(listed) - WARNINGS:,} more, see the table")
+
+
 def write_tables(family: Family, outputs: Outputs) -> None:
     """Write values and figures of all members, as .csv and as .json."""
     told = jsonlib.dumps(family.as_dict(), indent=1, allow_nan=False) + "\n"
@@ -270,7 +309,11 @@ def part_entry(stage: Staged) -> dict[str, Any]:
         kind: [{"name": body.name, "vertices": len(body.vertices)} for body in bodies]
         for kind, bodies in _bodies(stage).items()
     }
-    return {**sizes, "pins": [{"name": pin.name} for pin in stage.pins]}
+    return {
+        **sizes,
+        "pins": [{"name": pin.name} for pin in stage.pins],
+        "elements_at_rest": elements_entry(stage.elements),
+    }
 
 
 def result_entry(stage: Staged, done: Deformed) -> dict[str, Any]:
@@ -278,6 +321,9 @@ def result_entry(stage: Staged, done: Deformed) -> dict[str, Any]:
     return {
         "quality": asdict(done.quality),
         "elements": elements_entry(done.elements),
+        "largest_strain": done.largest_strain,
+        "radii": {name: {"rest": a, "now": b} for name, (a, b) in done.radii.items()},
+        "warnings": list(done.warnings),
         "prepare_seconds": round(stage.seconds, 4),
         "solve_seconds": round(done.seconds, 4),
     }

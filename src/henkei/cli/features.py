@@ -6,6 +6,7 @@ import json as jsonlib
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from rich.table import Table
 from rich.text import Text
 
@@ -13,9 +14,10 @@ from henkei.cli.combining import Flag, listing
 from henkei.cli.console import console, errors
 from henkei.cli.outputs import Written, shown
 from henkei.errors import InvalidInput
-from henkei.geometry.form_features import ANGLE, SHORTEST, SMALLEST, FormFeatures, find_features
+from henkei.geometry.form_feature import FormFeature, FormFeatures, Ring
+from henkei.geometry.form_features import ANGLE, SHORTEST, SMALLEST, find_features
 from henkei.io import read
-from henkei.mesh import Surface
+from henkei.mesh import Floats, Surface
 
 View = Literal[
     "front", "back", "left", "right", "top", "bottom", "three-quarter", "three-quarter-left"
@@ -70,9 +72,9 @@ def features(
     if json:
         print(jsonlib.dumps(_entry(mesh, surface, found, files), indent=2))
         return
-    console().print(listing([("mesh", _sizes(mesh, surface)), ("features", _counts(found))]))
+    console().print(listing([("mesh", _sizes(mesh, surface)), ("features", found.counts)]))
     if len(found):
-        console().print(_table(found))
+        console().print(_table(found, surface.diagonal))
     if files:
         errors().print(shown(files))
 
@@ -119,24 +121,7 @@ def _sizes(mesh: Path, surface: Surface) -> str:
     )
 
 
-def _counts(found: FormFeatures) -> str:
-    kinds = {
-        "rim": len(found.rims),
-        "hole": len(found.holes),
-        "boss": len(found.bosses),
-        "line": len(found.lines),
-        "pad": len(found.pads),
-    }
-    plural = {"boss": "bosses"}
-    told = [
-        f"{count} {kind if count == 1 else plural.get(kind, kind + 's')}"
-        for kind, count in kinds.items()
-        if count
-    ]
-    return ", ".join(told) or "none"
-
-
-def _table(found: FormFeatures) -> Table:
+def _table(found: FormFeatures, diagonal: float) -> Table:
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("feature", no_wrap=True)
     table.add_column("sizes", overflow="fold")
@@ -145,8 +130,21 @@ def _table(found: FormFeatures) -> Table:
     for feature in found:
         table.add_row(
             Text(feature.name),
-            Text(feature.figures),
+            Text(feature.figures + _place(feature, diagonal)),
             f"{len(feature.vertices):,}",
             feature.suggested_keep,
         )
     return table
+
+
+def _place(feature: FormFeature, diagonal: float) -> str:
+    """Where something round is and along what, to tell equal ones apart."""
+    if not isinstance(feature, Ring) or feature.circle is None:
+        return ""
+    return f", at {_triple(feature.centre, 1e-5 * diagonal)} along {_triple(feature.axis, 1e-4)}"
+
+
+def _triple(values: Floats, step: float) -> str:
+    """Three numbers, rounded to a power of ten below a step."""
+    decimals = -int(np.floor(np.log10(step))) if step > 0 else 0
+    return "(" + ", ".join(f"{value:.10g}" for value in np.round(values, decimals) + 0.0) + ")"

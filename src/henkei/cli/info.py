@@ -12,9 +12,11 @@ from rich.table import Table
 from rich.text import Text
 
 from henkei.errors import HenkeiError, InvalidFile, InvalidInput, some
-from henkei.workflows.diagnose import Component, Diagnosis, MethodUse, diagnose
+from henkei.io.model import SET
+from henkei.workflows.diagnose import Component, Diagnosis, Label, MethodUse, diagnose
 
 SOME_FAILED = 3  # exit status: some of many done
+LABELS, VALUES = 40, 20  # shown at most
 
 
 def info(*meshes: Path, json: bool = False) -> None:
@@ -22,7 +24,8 @@ def info(*meshes: Path, json: bool = False) -> None:
 
     Example: `henkei info head.obj` prints size, pieces, boundary loops, handles, faulty edges and
     vertices, worst triangles and self-intersections, then for each command whether it takes this
-    mesh, why not, and what to do about it. Nothing is changed.
+    mesh, why not, and what to do about it. Of a model of a simulation code it lists sets and
+    properties by the names that regions of `henkei deform` take. Nothing is changed.
 
     Parameters
     ----------
@@ -110,6 +113,7 @@ def facts(d: Diagnosis) -> list[tuple[str, str]]:
         ("not finite vertices", _listed(d.not_finite_vertices.tolist())),
         ("lowest quality", some(f"{value:.3g} (face {face})" for face, value in quality) or "-"),
         ("intersecting faces", _self_intersections(d)),
+        *_labels(d),
     ]
 
 
@@ -177,6 +181,33 @@ def _self_intersections(d: Diagnosis) -> str:
         return "not tested (coordinates)"
     least = "" if d.self_intersections_complete else "at least "
     return least + _listed(_pairs(d.self_intersections))
+
+
+def _labels(d: Diagnosis) -> list[tuple[str, str]]:
+    """Sets and other labels, as recipes name them."""
+    kinds = (
+        ("node sets", "vertices", True),
+        ("element sets", "faces", True),
+        ("labels", "vertices", False),
+        ("labels", "faces", False),
+    )
+    lines = []
+    for title, on, in_sets in kinds:
+        told = [
+            _label(label)
+            for label in d.labels
+            if label.on == on and label.name.startswith(SET) == in_sets
+        ]
+        if told:
+            lines.append((title, f"{len(told):,}, on {on}: {some(told, LABELS)}"))
+    return lines
+
+
+def _label(label: Label) -> str:
+    if label.name.startswith(SET):
+        return f"{label.name!r} ({label.values.get(1, 0):,})"
+    values = some((f"{value} ({count:,})" for value, count in label.values.items()), VALUES)
+    return f"{label.name!r} = {values}"
 
 
 def _pairs(pairs: Any) -> list[str]:

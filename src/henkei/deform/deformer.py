@@ -284,7 +284,7 @@ class Deformer:
         """Prepare to drag a handle from its present pose: then a frame costs no solve.
 
         ``drag.positions(translation, angle)`` gives the linear solution for the handle translated
-        further, exactly, and turned further about ``axis``, to about 1e-8 of the diagonal. Handles,
+        further, exactly, and turned further about ``axis``, to about 1e-7 of the diagonal. Handles,
         pins and rigid features are exact. At the end, move the handle and :meth:`solve`.
 
         Parameters

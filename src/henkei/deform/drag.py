@@ -2,7 +2,7 @@
 
 The linear solution is affine in a handle's translation, so its response to a unit step along each
 axis says all. It is smooth in the angle of a turn about a given axis, so a polynomial through
-solutions at Chebyshev nodes says that, to about 1e-8 of the diagonal over half a turn. What is
+solutions at Chebyshev nodes says that, to about 1e-7 of the diagonal over half a turn. What is
 held, and rigid features, are then set exactly.
 """
 

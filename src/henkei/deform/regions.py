@@ -150,7 +150,7 @@ def require_held(surface: Surface, part: Ints, held: Iterable[Region]) -> None:
     firsts = np.flatnonzero(loose)[pieces[1]]
     listed = ", ".join(
         f"the one of {size} vertices around vertex {vertex}"
-        for vertex, size in list(zip(firsts, pieces[2], strict=True))[:5]
+        for vertex, size in list(zip(firsts, pieces[2], strict=True))[:12]
     )
     number = len(firsts)
     raise InvalidInput(

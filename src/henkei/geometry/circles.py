@@ -10,10 +10,16 @@ from numpy.typing import ArrayLike
 from henkei.errors import InvalidInput
 from henkei.mesh import Floats
 
-ROUND = 0.05  # part of the radius by which points may leave their circle
+ROUND = 0.05  # part of the radius by which points may leave their circle and look round
+EXACT = 0.01  # the same, of a circle whose radius someone relies on
 WIDEST_GAP = 40.0  # degrees between neighbours on a circle: an octagon is none, a decagon is one
-_FLAT = 0.2  # thickness by radius up to which points are a ring and not the wall of a cylinder
+_RING = 0.02  # thickness by radius up to which points are a ring and not the wall of a cylinder
+_LOW = 0.2  # the same, up to which the normal of a ring is better known than the axis of a wall
+_CLEARLY = 0.01  # part of a ring's residual up to which a low wall fits instead
+_DIRECTIONS = 200  # tried as axes of a wall
 _STEPS = 100
+_INSTEAD = "choose the whole rim or wall of a round hole, or keep the region rigid"
+_GOLDEN = np.pi * (3 - np.sqrt(5))  # turn between neighbours that spreads points evenly
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,14 +53,15 @@ class Circle:
 
 
 def fitted_circle(
-    points: ArrayLike, *, axis: ArrayLike | None = None, tolerance: float = ROUND
+    points: ArrayLike, *, axis: ArrayLike | None = None, tolerance: float = EXACT
 ) -> Circle:
-    """The circle nearest to points of a ring, or of the wall of a cylinder.
+    """The circle nearest to points of a ring, or of the wall of a cylinder, that lie all around it.
 
     The sum of squared distances from the circle, seen along the axis, is least (a geometric fit by
     Gauss-Newton steps from the algebraic one: Gander, Golub and Strebel 1994, "Least-squares
     fitting of circles and ellipses"). The axis of a ring is the normal of its best plane; that of a
-    wall is fitted too.
+    wall is fitted too, from the principal directions of the points and from the best of many
+    directions by the algebraic fit.
 
     Parameters
     ----------
@@ -64,7 +71,8 @@ def fitted_circle(
 
     Raises
     ------
-    InvalidInput : the points lie on a line, or on no circle within the tolerance.
+    InvalidInput : the points lie on a line, on no circle within the tolerance, or only on a part of
+        one: between neighbours there may be 40 degrees.
     """
     places = np.asarray(points, dtype=np.float64)
     circle = nearest_circle(places, None if axis is None else np.asarray(axis, dtype=np.float64))
@@ -73,10 +81,22 @@ def fitted_circle(
             f"{len(places)} points make no circle: they lie on a line or in one place; "
             "choose a ring of vertices, or keep the region rigid"
         )
+    if _too_large(places, circle):
+        raise InvalidInput(
+            f"the region is not round: the circle nearest to it, of radius {circle.radius:.4g}, is "
+            f"larger than the region; {_INSTEAD}"
+        )
     if not circle.is_round(tolerance):
         raise InvalidInput(
             f"the region is not round: it leaves its best circle, of radius {circle.radius:.4g}, "
-            f"by {circle.deviation:.3g}; choose the rim or wall of a round hole, or keep it rigid"
+            f"by {circle.deviation:.3g} ({circle.deviation / circle.radius:.2%} of it, where "
+            f"{tolerance:.2%} may be); {_INSTEAD}"
+        )
+    gap = circle.widest_gap(places)
+    if gap > WIDEST_GAP:
+        raise InvalidInput(
+            f"the region does not go around its circle, of radius {circle.radius:.4g}: there is a "
+            f"gap of {gap:.3g} degrees, where {WIDEST_GAP:g} may be; {_INSTEAD}"
         )
     return circle
 
@@ -91,13 +111,25 @@ def nearest_circle(points: Floats, axis: Floats | None = None) -> Circle | None:
         return None
     if axis is not None:
         return _about(points, axis / np.linalg.norm(axis))
-    thickness = np.ptp(offsets @ directions[2])
-    ring = _about(points, directions[2])
-    if ring is not None and thickness <= _FLAT * ring.radius:
+    ring, (_, width, thickness) = _about(points, directions[2]), np.ptp(offsets @ directions.T, 0)
+    if ring is not None and 2 * thickness <= _RING * width:
         return ring
-    walls = [_cylinder(points, direction) for direction in directions]
-    fits = [circle for circle in (ring, *walls) if circle is not None]
-    return min(fits, key=lambda circle: _cost(points, circle), default=None)
+    wall = _wall(points, [_promising(offsets / spread[0]), *directions])
+    if ring is None or wall is None:
+        return ring or wall
+    return _better(points, wall, ring, low=bool(2 * thickness <= _LOW * width))
+
+
+def refined_circle(points: Floats, axis: Floats) -> Circle | None:
+    """The circle about a direction ``(3,)`` that is known, say from normals, but not exactly.
+
+    The axis is tilted to bring it closer to the points (k, 3) of a wall.
+    """
+    given, tilted = _about(points, axis), _cylinder(points, axis)
+    if given is None or tilted is None:
+        return given
+    height = float(np.ptp(points @ given.axis))
+    return _better(points, tilted, given, low=height <= _LOW * given.radius)
 
 
 def across(axis: Floats) -> Floats:
@@ -143,6 +175,42 @@ def _in_plane(points: Floats) -> Floats | None:
     return fit if np.isfinite(fit).all() and 0 < fit[2] < 1e6 else None
 
 
+def _promising(offsets: Floats) -> Floats:
+    """The direction along which points about their mean (k, 3) look most like a circle.
+
+    The squared distances from the axis are fitted as a linear function of the points across it
+    (Kasa's algebraic fit). What that leaves, by the size across, follows for each direction from
+    the moments of the points alone. A circle far larger than the points gains nothing by that.
+    """
+    turn = np.arange(_DIRECTIONS)
+    along = (turn + 0.5) / _DIRECTIONS
+    x, y = np.sqrt(1 - along**2) * [np.cos(_GOLDEN * turn), np.sin(_GOLDEN * turn)]
+    axes = np.stack([x, y, along], axis=1)
+    flattening = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    weights = flattening.reshape(-1, 9)
+    products = (offsets[:, :, None] * offsets[:, None, :]).reshape(-1, 9)
+    mean = products.mean(axis=0)
+    products -= mean
+    variance = ((weights @ (products.T @ products)) * weights).sum(axis=1) / len(offsets)
+    slopes = weights @ (products.T @ offsets) / len(offsets)
+    spread = np.linalg.pinv(flattening @ mean.reshape(3, 3) @ flattening, rcond=1e-9)
+    explained = np.einsum("gi,gij,gj->g", slopes, spread, slopes)
+    best: Floats = axes[((variance - explained) / (weights @ mean) ** 2).argmin()]
+    return best
+
+
+def _wall(points: Floats, starts: list[Floats]) -> Circle | None:
+    """The best of the cylinders reached from some directions, or the first that is beyond doubt."""
+    found = []
+    for start in starts:
+        circle = _cylinder(points, start)
+        if circle is not None:
+            found.append(circle)
+            if circle.is_full(points, EXACT):
+                return circle
+    return min(found, key=lambda circle: _demerits(points, circle), default=None)
+
+
 def _cylinder(points: Floats, axis: Floats) -> Circle | None:
     """The cylinder nearest to points, its axis sought by Gauss-Newton steps from a first guess.
 
@@ -150,7 +218,11 @@ def _cylinder(points: Floats, axis: Floats) -> Circle | None:
     """
     circle = _about(points, axis)
     for _ in range(_STEPS):
-        if circle is None or circle.deviation <= 1e-13 * circle.radius:
+        if (
+            circle is None
+            or circle.deviation <= 1e-13 * circle.radius
+            or _too_large(points, circle)
+        ):
             break
         plane, offsets = across(circle.axis), (points - circle.centre) / circle.radius
         outward = offsets @ plane.T
@@ -168,16 +240,39 @@ def _cylinder(points: Floats, axis: Floats) -> Circle | None:
 
 def _closer(points: Floats, circle: Circle, tilt: Floats) -> Circle | None:
     """The circle about a tilted axis, or one tilted less, that is clearly closer to the points."""
+    present = _residual(points, circle)
     for halving in range(8):
         axis = circle.axis + 0.5**halving * tilt
         tried = _about(points, axis / np.linalg.norm(axis))
-        if tried is not None and _cost(points, tried) < (1 - 1e-9) * _cost(points, circle):
+        if tried is not None and _residual(points, tried) < (1 - 1e-9) * present:
             return tried
     return None
 
 
-def _cost(points: Floats, circle: Circle) -> float:
-    """Root of the sum of squared distances from the circle, seen along its axis, by its radius."""
+def _better(points: Floats, wall: Circle, usual: Circle, *, low: bool) -> Circle:
+    """A wall, or the usual circle if that is the better one.
+
+    Tilting the axis of a low wall makes a circle of an ellipse, nearly: there it must fit exactly.
+    """
+    if low:
+        exact = _residual(points, wall) <= _CLEARLY * _residual(points, usual)
+        return wall if exact else usual
+    return min(usual, wall, key=lambda circle: _demerits(points, circle))
+
+
+def _residual(points: Floats, circle: Circle) -> float:
+    """Root of the sum of squared distances from the circle, seen along its axis."""
     flat = (points - circle.centre) @ across(circle.axis).T
-    away = np.linalg.norm(flat, axis=1) / circle.radius - 1
-    return float(np.linalg.norm(away))
+    return float(np.linalg.norm(np.linalg.norm(flat, axis=1) - circle.radius))
+
+
+def _demerits(points: Floats, circle: Circle) -> tuple[bool, bool, float]:
+    """What makes a circle worse than others: not full, too large, residual by radius."""
+    residual = _residual(points, circle) / circle.radius
+    return not circle.is_full(points), _too_large(points, circle), residual
+
+
+def _too_large(points: Floats, circle: Circle) -> bool:
+    """Whether points are so short a piece of it that it is nearly straight, near to anything."""
+    extent = np.ptp((points - circle.centre) @ across(circle.axis).T, axis=0).max()
+    return bool(circle.radius > extent)

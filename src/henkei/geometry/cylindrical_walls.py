@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from henkei.geometry.circles import ROUND, WIDEST_GAP, Circle, across, nearest_circle
+from henkei.geometry.circles import ROUND, WIDEST_GAP, Circle, across, refined_circle
 from henkei.geometry.creases import Folds, Indices
 from henkei.mesh import Floats
 from henkei.topology import Ints
@@ -86,9 +86,11 @@ def _wall(folds: Folds, patch: Ints, faces: Indices, axis: Floats, roundness: fl
     ends = _ends(surface.vertices, topology.indices[rim], topology.target[rim], middle, axis)
     if volume == 0 or len(ends) < 2:
         return None
-    circle = nearest_circle(points, axis)
+    circle = refined_circle(points, axis)
     if circle and not circle.is_full(points, roundness):
         circle = None
+    if circle:
+        axis = circle.axis
     return Wall(
         faces.astype(np.int64),
         vertices,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from henkei.errors import InvalidInput, InvalidMesh, some
+from henkei.errors import InvalidInput, InvalidMesh
 from henkei.geometry.circles import (
     ROUND,
     Circle,
@@ -23,6 +24,7 @@ from henkei.geometry.form_feature import (
     Boss,
     Bottom,
     FormFeature,
+    FormFeatures,
     Hole,
     Line,
     Pad,
@@ -34,6 +36,7 @@ from henkei.geometry.planar_regions import FLATNESS, planar_regions, without_fac
 from henkei.geometry.requirements import loop_lengths, measurable, require_finite
 from henkei.interchange import surface_from
 from henkei.mesh import Floats, Surface
+from henkei.topology import BOUNDARY
 
 __all__ = [
     "Boss",
@@ -55,52 +58,6 @@ _LEAST_TRIANGLES = 4  # of a pad
 _STRAIGHT = 5e-4  # part of its size by which a straight line may leave its chord
 
 _Kind = TypeVar("_Kind", bound=FormFeature)
-
-
-@dataclass(frozen=True, eq=False)
-class FormFeatures:
-    """The form features of a surface, each kind numbered from the largest on.
-
-    Iteration gives all of them; ``features["hole 2"]`` gives one by its name; ``print`` lists them.
-    """
-
-    rims: tuple[Rim, ...]
-    holes: tuple[Hole, ...]
-    bosses: tuple[Boss, ...]
-    lines: tuple[Line, ...]
-    pads: tuple[Pad, ...]
-
-    def __iter__(self) -> Iterator[FormFeature]:
-        yield from (*self.rims, *self.holes, *self.bosses, *self.lines, *self.pads)
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
-
-    def __getitem__(self, name: str) -> FormFeature:
-        """The feature of that name.
-
-        Raises
-        ------
-        InvalidInput : there is none.
-        """
-        for feature in self:
-            if feature.name == name:
-                return feature
-        known = some([feature.name for feature in self])
-        raise InvalidInput(f"there is no feature {name!r}; there are: {known or 'none at all'}")
-
-    def to_dict(self) -> dict[str, Any]:
-        """Lists of all features by kind, fit for JSON."""
-        kinds = ("rims", "holes", "bosses", "lines", "pads")
-        return {kind: [feature.to_dict() for feature in getattr(self, kind)] for kind in kinds}
-
-    def __str__(self) -> str:
-        if not len(self):
-            return "no form features"
-        return "\n".join(
-            f"{feature.name:<9} {feature.figures} ({len(feature.vertices):,} vertices)"
-            for feature in self
-        )
 
 
 def find_features(
@@ -180,7 +137,12 @@ def _require_surface(mesh: Surface) -> None:
 def _loops(mesh: Surface, roundness: float) -> tuple[list[Rim], list[Hole]]:
     loops = mesh.topology.boundary_loops
     rims, holes = [], []
-    for loop, outline, length in zip(loops, outlines(mesh), loop_lengths(mesh, loops), strict=True):
+    lengths = loop_lengths(mesh, loops)
+    for loop, outline, closed, length in zip(
+        loops, outlines(mesh), _closed(mesh), lengths, strict=True
+    ):
+        if not (closed and length > 0):
+            continue
         vertices = np.roll(loop, -int(loop.argmin())).astype(np.int64)
         points = mesh.vertices[vertices]
         circle = nearest_circle(points)
@@ -201,6 +163,20 @@ def _loops(mesh: Surface, roundness: float) -> tuple[list[Rim], list[Hole]]:
         else:
             holes.append(Hole(**common, depth=0.0, bottom="through"))
     return rims, holes
+
+
+def _closed(mesh: Surface) -> NDArray[np.bool_]:
+    """Of each boundary loop, whether it comes back to where it starts and goes around something.
+
+    Some end at an edge with more than two faces.
+    """
+    topology, count = mesh.topology, len(mesh.vertices)
+    border = np.flatnonzero(topology.twin == BOUNDARY)
+    borders = np.stack([topology.indices[border], topology.target[border]], axis=1)
+    last = np.array([loop[[-1, 0]] for loop in topology.boundary_loops]).reshape(-1, 2)
+    known, closing = (np.sort(edges).astype(np.int64) @ [count, 1] for edges in (borders, last))
+    long = np.array([len(loop) > 2 for loop in topology.boundary_loops], dtype=bool)
+    return np.asarray(long & np.isin(closing, known))
 
 
 def _facing(points: Floats) -> Floats:

@@ -29,6 +29,7 @@ STEPS = (1, 8)  # in which the surface moves, until no element is turned inside 
 FLAT = 1e-6  # a tetrahedron's volume is taken for at least this part of its longest edge cubed
 SHORT = 1e-9  # a link's length is taken for at least this part of the model's size
 PRIOR = 1e-6  # weight of the piece's rotation where the edges at a node leave theirs open
+TURNED = 1e-9  # a rotation matrix this far from the unit matrix has turned
 
 # Each solid as two sets of tetrahedra that split every quad along both of its diagonals: their
 # mean is the same from both sides of a face, whichever elements lie there.
@@ -52,19 +53,21 @@ def moved(model: Model, positions: ArrayLike, *, rotations: ArrayLike | None = N
     - Interior nodes of solids follow by interpolation, in several steps where one would turn an
       element inside out; a warning names what is turned all the same.
     - Mid-side nodes stay in the middle of their edge, with the offset that they had from there,
-      turned with the edge; where no end of the edge moves they do not move.
+      turned with the edge; where no end of the edge moves or turns they do not move.
     - Nodes that only beams, springs or rigid elements join to the rest follow the rotation and
       translation nearest to that of the nodes that hold them (with the rotation of the surface
-      there, where these leave it open), and what is left over linearly along the links. A piece
-      whose holding nodes do not move stays where it is.
+      there, where these leave it open, such as about the line on which they stand), and what is
+      left over linearly along the links. A piece whose holding nodes neither move nor turn stays
+      where it is.
     - Nodes in no element, such as reference points, and those that constraints alone hold
       (couplings, ties) stay.
 
     Parameters
     ----------
     positions : (n, 3) of ``model.surface.vertices``.
-    rotations : (n, 3, 3) rotation of each vertex, for the offset of mid-side nodes; fitted to the
-        edges around each corner if not given.
+    rotations : (n, 3, 3) rotation of each vertex, such as :attr:`henkei.Deformer.rotations`, for
+        the offset of mid-side nodes and for what hangs on the surface; fitted to the edges around
+        each corner if not given. Fitted ones do not see a turn that moves no vertex.
 
     Returns
     -------
@@ -95,9 +98,24 @@ def moved(model: Model, positions: ArrayLike, *, rotations: ArrayLike | None = N
     for block in model.blocks:
         if block.dimension == 2:  # shells inside solids, and collapsed ones
             known[block.corners[known[block.corners].any(axis=1)]] = True
-    _move_middles(model, nodes, known, rotations)
-    _move_hanging(model, nodes, known, rotations)
+    given = None if rotations is None else _checked_rotations(model, rotations)
+    stirred = (nodes != model.nodes).any(axis=1)
+    if given is not None:
+        turned = np.abs(given - np.eye(3)).max(axis=(1, 2), initial=0.0) > TURNED
+        stirred[model.surface_nodes] |= turned
+    _move_middles(model, nodes, known, stirred, given)
+    stirred |= (nodes != model.nodes).any(axis=1)
+    _move_hanging(model, nodes, known, stirred, given)
     return nodes
+
+
+def _checked_rotations(model: Model, rotations: ArrayLike) -> Floats:
+    given = np.asarray(rotations, dtype=np.float64)
+    if given.shape != (len(model.surface_nodes), 3, 3):
+        raise InvalidInput(
+            f"rotations have shape {given.shape}, one (3, 3) matrix a vertex is needed"
+        )
+    return given
 
 
 def _move_interior(model: Model, solids: list[Block], nodes: Floats, known: Rows) -> None:
@@ -223,7 +241,9 @@ def _rotation(covariance: Floats) -> Floats:
     return rotation
 
 
-def _move_middles(model: Model, nodes: Floats, known: Rows, rotations: ArrayLike | None) -> None:
+def _move_middles(
+    model: Model, nodes: Floats, known: Rows, stirred: Rows, rotations: Floats | None
+) -> None:
     """Place mid-side nodes whose corners are known."""
     found = _middles(model.blocks, known)
     if not found:
@@ -233,7 +253,7 @@ def _move_middles(model: Model, nodes: Floats, known: Rows, rotations: ArrayLike
         fresh = ~known[middle]
         middle, corners = middle[fresh], corners[fresh]
         offset = model.nodes[middle] - model.nodes[corners].mean(axis=1)
-        moving = (nodes[corners] != model.nodes[corners]).any(axis=(1, 2))
+        moving = stirred[corners].any(axis=1)
         middle, corners, offset = middle[moving], corners[moving], offset[moving]
         rotation = _rotation(turn[corners].mean(axis=1))
         nodes[middle] = nodes[corners].mean(axis=1) + np.einsum("nij,nj->ni", rotation, offset)
@@ -256,7 +276,7 @@ def _middles(blocks: tuple[Block, ...], known: Rows) -> list[tuple[Rows, Rows]]:
     return sorted(found, key=lambda pair: pair[1].shape[1])
 
 
-def _turns(model: Model, nodes: Floats, rotations: ArrayLike | None) -> Floats:
+def _turns(model: Model, nodes: Floats, rotations: Floats | None) -> Floats:
     """Rotation at every node: as given, or nearest to that of the edges around it."""
     edges = _edges(model.blocks)
     held = np.unique(edges)
@@ -276,12 +296,7 @@ def _turns(model: Model, nodes: Floats, rotations: ArrayLike | None) -> Floats:
     matrices = covariance[held].reshape(-1, 3, 3) + PRIOR * size[held, None, None] * whole
     turn[held] = _rotation(matrices)
     if rotations is not None:
-        given = np.asarray(rotations, dtype=np.float64)
-        if given.shape != (len(model.surface_nodes), 3, 3):
-            raise InvalidInput(
-                f"rotations have shape {given.shape}, one (3, 3) matrix a vertex is needed"
-            )
-        turn[model.surface_nodes] = given
+        turn[model.surface_nodes] = rotations
     return turn
 
 
@@ -302,7 +317,9 @@ def _edges(blocks: tuple[Block, ...]) -> Rows:
     return np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0)
 
 
-def _move_hanging(model: Model, nodes: Floats, known: Rows, rotations: ArrayLike | None) -> None:
+def _move_hanging(
+    model: Model, nodes: Floats, known: Rows, stirred: Rows, rotations: Floats | None
+) -> None:
     """Place nodes that only beams, springs and rigid elements hold."""
     links = model.links[~known[model.links].all(axis=1)]
     if not len(links):
@@ -318,11 +335,10 @@ def _move_hanging(model: Model, nodes: Floats, known: Rows, rotations: ArrayLike
     holding = links[known[links].any(axis=1)]
     holder = np.where(known[holding[:, 0]], holding[:, 0], holding[:, 1])
     held = piece[np.where(known[holding[:, 0]], holding[:, 1], holding[:, 0])]
-    stirred = (nodes[holder] != model.nodes[holder]).any(axis=1)
     size = float(np.ptp(model.nodes, axis=0).max())
     order = np.argsort(held, kind="stable")
     for rows in np.split(order, np.flatnonzero(np.diff(held[order])) + 1):
-        if len(rows) and stirred[rows].any():
+        if len(rows) and stirred[holder[rows]].any():
             own = np.flatnonzero(piece == held[rows[0]])
             holders = np.unique(holder[rows])
             prior = _rotation(turn[holders].mean(axis=0)[None])[0]

@@ -236,12 +236,12 @@ def in_lasso(
     return seen
 
 
-def grown(surface: Any, region: ArrayLike, rings: int = 1) -> Indices:
+def grown(surface: Any, region: Any, rings: int = 1) -> Indices:
     """A region and all vertices that so many edges or fewer lead to from it.
 
     Parameters
     ----------
-    region : (k,) vertex indices, or a mask (n,).
+    region : (k,) vertex indices, a mask (n,), or what has ``vertices``: a found feature, a chain.
     rings : how many edges; 0 gives the region itself.
 
     Raises
@@ -319,8 +319,8 @@ def _used(mesh: Surface, inside: NDArray[np.bool_], where: str) -> Indices:
     return found
 
 
-def _mask(mesh: Surface, region: ArrayLike) -> NDArray[np.bool_]:
-    given, count = np.asarray(region), len(mesh.vertices)
+def _mask(mesh: Surface, region: Any) -> NDArray[np.bool_]:
+    given, count = np.asarray(getattr(region, "vertices", region)), len(mesh.vertices)
     if given.dtype == bool and given.shape == (count,):
         mask = given.copy()
     elif given.dtype.kind in "iu" and given.ndim == 1:
@@ -331,7 +331,8 @@ def _mask(mesh: Surface, region: ArrayLike) -> NDArray[np.bool_]:
         mask[given] = True
     else:
         raise InvalidInput(
-            f"a region is vertex indices (k,) or a mask ({count},), not {given.dtype} {given.shape}"
+            f"a region is vertex indices (k,), a mask ({count},) or a found feature, "
+            f"not {given.dtype} {given.shape}"
         )
     if not mask.any():
         raise InvalidInput("the region is empty; give at least one vertex")

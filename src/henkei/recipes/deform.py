@@ -27,6 +27,7 @@ from henkei.deform.settings import Method, Settings
 from henkei.errors import InvalidInput, some
 from henkei.geometry.form_features import ANGLE, SHORTEST, SMALLEST
 from henkei.recipes.recipe import (
+    LISTED,
     ORIGIN,
     Index,
     Name,
@@ -96,7 +97,7 @@ class Feature(Part):
 
     keep : "rigid": all of its shape, as it is by default; "circle": the same, but for its radius,
         as it is if there is a ``radius``; "plane": it stays planar; "line": it stays straight.
-    scale : factor of its size.
+    scale : factor of its size; where there is a ``radius``, along the axis of the circle only.
     radius : of the circle, in the unit of the mesh.
     """
 
@@ -169,7 +170,7 @@ class Pin(Part):
     point : a vertex; [x, y, z], for the point of the surface nearest to it; a point in a face; or
         one on an edge.
     move : how far it goes.
-    to : or where it goes.
+    to : or where it goes. With neither it stays, but the surface may turn there.
     """
 
     name: Name | None = None
@@ -309,7 +310,7 @@ class DeformRecipe(Recipe):
         for index, offset in enumerate(self.offsets):
             for side, name in enumerate(offset.between):
                 if not any(fnmatchcase(name, pattern) for pattern in known):
-                    listed = f"known are {some(known)}" if known else "it has none"
+                    listed = f"known are {some(known, LISTED)}" if known else "it has none"
                     raise fault(
                         f"the recipe has no feature {name!r}{meant(name, known)}; {listed}",
                         *("offsets", index, "between", side),

@@ -35,6 +35,7 @@ Weight = Annotated[
 Name = Annotated[str, Strict(), Field(min_length=1)]
 
 ORIGIN = (0.0, 0.0, 0.0)
+LISTED = 40  # known names that a message lists
 SHOWN = 6  # faults that one message tells
 DEEPEST = 30  # keys and indices that it names
 TAG = re.compile(r"\(.*\)")  # what a tag of a union looks like, unlike any key
@@ -122,7 +123,7 @@ def fault(message: str, *place: str | int) -> PydanticCustomError:
 
 def unknown(key: str | int, known: Sequence[str], what: str) -> PydanticCustomError:
     """The error to raise for a key or name that is not known, with what it may have meant."""
-    hint, listed = meant(key, known), some(known, 30)
+    hint, listed = meant(key, known), some(known, LISTED)
     return fault(f"there is no {what} {key!r}{hint}; known are {listed}", key)
 
 

@@ -8,9 +8,17 @@ mesh, angles in degrees, indices count from 0.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, model_serializer
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    Strict,
+    Tag,
+    model_serializer,
+    model_validator,
+)
 
 from henkei.recipes.recipe import (
     ORIGIN,
@@ -42,13 +50,23 @@ class File(Part):
 
 
 class Box(Part):
-    """The vertices in a box along the axes, between two opposite corners.
+    """The vertices in a box along the axes, from its lower corner to its upper one.
 
     A coordinate of a corner may be null, for no bound: ``[[null, null, 5], [null, null, null]]`` is
     all that is above z = 5.
     """
 
     box: tuple[Corner, Corner]
+
+    @model_validator(mode="after")
+    def _lower_comes_first(self) -> Self:
+        for axis, low, high in zip("xyz", *self.box, strict=True):
+            if low is not None and high is not None and low > high:
+                raise fault(
+                    f"the lower corner has {axis} = {low:g}, the upper one {high:g}; swap them",
+                    "box",
+                )
+        return self
 
 
 class Ball(Part):

@@ -5,11 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from henkei.deform import Deformer, DeformQuality, Feature, Fixed, Handle, Pin, Settings
 from henkei.errors import InvalidInput, some
@@ -20,11 +21,12 @@ from henkei.mesh import Attributes, Floats, PolygonMesh, Surface
 from henkei.progress import Progress, part, silent
 from henkei.recipes import deform as recipes
 from henkei.recipes.deform import DeformRecipe
-from henkei.recipes.recipe import Point
+from henkei.recipes.recipe import LISTED, Point
 from henkei.recipes.regions import Found
-from henkei.workflows.regions import Regions, naming
+from henkei.workflows.deform_doubts import doubts, strains
+from henkei.workflows.regions import Chosen, Regions, naming, require_apart
 
-P = TypeVar("P")
+NEAR = 0.01  # how far from the surface a point of it may be, as a fraction of its diagonal
 
 
 @dataclass(eq=False)
@@ -42,8 +44,24 @@ class Staged:
     pins: list[Pin]
     seconds: float = 0.0
 
+    @cached_property
+    def elements(self) -> ElementQuality:
+        """Of the mesh at rest."""
+        return element_quality(self.deformer.mesh)
+
     def prepare(self, recipe: DeformRecipe, progress: Progress = silent) -> None:
-        """Factor the systems, for the recipe's method."""
+        """Factor the systems, for the recipe's method.
+
+        Raises
+        ------
+        InvalidInput : nothing is fixed, or a connected piece of the surface is held by nothing.
+        """
+        if not any(held.weight is None for held in recipe.fixed):
+            soft = " but softly" if recipe.fixed else ""
+            raise InvalidInput(
+                f'nothing is fixed{soft}; say what stays, as in "fixed": ["rim 1"] or '
+                '"fixed": [{"box": [[null, null, null], [null, null, 0]]}]'
+            )
         start = time.perf_counter()
         self.deformer.prepare(progress, method=recipe.method)
         self.seconds = time.perf_counter() - start
@@ -65,8 +83,8 @@ class Staged:
         for features, kept in zip(self.features, recipe.features, strict=True):
             for feature in features:
                 feature.scale = kept.scale
-                if feature.rest_radius is not None:
-                    feature.radius = feature.rest_radius if kept.radius is None else kept.radius
+                if kept.radius is not None:
+                    feature.radius = kept.radius
         for pin, pinned in zip(self.pins, recipe.pins, strict=True):
             pin.move(pin.rest + pinned.move if pinned.to is None else pinned.to)
 
@@ -77,12 +95,21 @@ class Deformed:
 
     mesh : faces and attributes as given.
     elements : of this mesh.
+    rotations : (n, 3, 3) of its vertices.
+    largest_strain : change of the length of the edge that is stretched or squeezed most, as a
+        fraction.
+    radii : name -> at rest and now, of the circles whose radius is another.
+    warnings : why not to trust it; none if all is well.
     seconds : that solving took, once all was prepared.
     """
 
     mesh: Surface
     quality: DeformQuality
     elements: ElementQuality
+    rotations: Floats
+    largest_strain: float
+    radii: dict[str, tuple[float, float]]
+    warnings: tuple[str, ...]
     seconds: float
 
     @property
@@ -95,6 +122,7 @@ class Deformed:
             "hard_position_error": self.quality.hard_position_error,
             "flipped": self.quality.flipped,
             "strain": self.quality.strain,
+            "largest_strain": self.largest_strain,
         }
 
 
@@ -114,24 +142,22 @@ def staged(recipe: DeformRecipe, surface: Surface, *, folder: Path = Path()) -> 
     """
     deformer = Deformer(surface, settings=Settings(**recipe.settings))
     regions = Regions(surface, folder, recipe.finding.model_dump())
-    fixed = [
-        deformer.fix(regions.vertices(held.region, place), weight=held.weight, name=name)
-        for held, name, place in _parts(recipe.fixed, recipe.names("fixed"), "fixed")
-    ]
+    found = {
+        "fixed": [_one(*part, regions) for part in _parts(recipe, "fixed")],
+        "features": [_named(*part, regions) for part in _parts(recipe, "features")],
+        "handles": [_one(*part, regions) for part in _parts(recipe, "handles")],
+    }
+    everything = {kind: list(chain.from_iterable(several)) for kind, several in found.items()}
+    require_apart(everything["fixed"], everything["features"] + everything["handles"])
+    fixed = [deformer.fix(one.vertices, **one.options) for (one,) in found["fixed"]]
     features = [
-        [
-            deformer.feature(vertices, keep=kept.kept, weight=kept.weight, name=own_name)
-            for own_name, vertices in _bodies(kept, name, regions, place)
-        ]
-        for kept, name, place in _parts(recipe.features, recipe.names("features"), "features")
+        [deformer.feature(one.body, keep=kept.kept, **one.options) for one in several]
+        for kept, several in zip(recipe.features, found["features"], strict=True)
     ]
-    handles = [
-        deformer.handle(regions.vertices(moved.region, place), weight=moved.weight, name=name)
-        for moved, name, place in _parts(recipe.handles, recipe.names("handles"), "handles")
-    ]
+    handles = [deformer.handle(one.vertices, **one.options) for (one,) in found["handles"]]
     pins = [
         deformer.pin(_point(pin.point, surface, place), weight=pin.weight, name=name)
-        for pin, name, place in _parts(recipe.pins, recipe.names("pins"), "pins")
+        for pin, name, place in _parts(recipe, "pins")
     ]
     _relate(deformer, recipe, {f.name: f for several in features for f in several})
     return Staged(deformer, fixed, features, handles, pins)
@@ -148,8 +174,18 @@ def solved(stage: Staged, recipe: DeformRecipe) -> Deformed:
     stage.pose(recipe)
     stage.deformer.solve(method=recipe.method)
     seconds = time.perf_counter() - start
-    mesh = stage.deformer.result
-    return Deformed(mesh, stage.deformer.quality, element_quality(mesh), seconds)
+    rest, mesh, quality = stage.deformer.mesh, stage.deformer.result, stage.deformer.quality
+    elements, features = element_quality(mesh), stage.deformer.features
+    return Deformed(
+        mesh,
+        quality,
+        elements,
+        stage.deformer.rotations,
+        float(np.abs(strains(rest, mesh.vertices)).max(initial=0.0)),
+        _new_radii(features),
+        doubts(rest, mesh, quality, stage.elements, elements, features),
+        seconds,
+    )
 
 
 def deform_by_recipe(
@@ -167,21 +203,38 @@ def deform_by_recipe(
     return solved(stage, recipe)
 
 
-def _parts(parts: Sequence[P], names: Sequence[str], kind: str) -> Iterator[tuple[P, str, str]]:
+def _new_radii(features: Sequence[Feature]) -> dict[str, tuple[float, float]]:
+    return {
+        feature.name: (feature.rest_radius, feature.radius)
+        for feature in features
+        if feature.rest_radius and feature.radius and feature.radius != feature.rest_radius
+    }
+
+
+def _parts(recipe: DeformRecipe, kind: recipes.Kind) -> Iterator[tuple[Any, str, str]]:
     """Each part with its name, and where its region or point stands in the recipe."""
     field = "point" if kind == "pins" else "region"
-    for index, (one, name) in enumerate(zip(parts, names, strict=True)):
+    parts = zip(getattr(recipe, kind), recipe.names(kind), strict=True)
+    for index, (one, name) in enumerate(parts):
         yield one, name, f"{kind}[{index}].{field}"
 
 
-def _bodies(
-    kept: recipes.Feature, name: str, regions: Regions, place: str
-) -> list[tuple[str, NDArray[np.int64]]]:
-    """Name and vertices of each feature of an entry: of several by one name, each for itself."""
-    if kept.name is None and isinstance(kept.region, Found):
-        with naming(place):
-            return [(found.name, found.vertices) for found in regions.found(kept.region.feature)]
-    return [(name, regions.vertices(kept.region, place))]
+def _one(part: Any, name: str, place: str, regions: Regions) -> list[Chosen]:
+    vertices = regions.vertices(part.region, place)
+    found = regions.found(part.region.feature) if isinstance(part.region, Found) else []
+    one = found[0] if len(found) == 1 else None
+    return [Chosen(name, part.region, vertices, part.weight, one)]
+
+
+def _named(kept: recipes.Feature, name: str, place: str, regions: Regions) -> list[Chosen]:
+    """The features of an entry: of several by one name, each for itself."""
+    if kept.name is not None or not isinstance(kept.region, Found):
+        return _one(kept, name, place, regions)
+    with naming(place):
+        found = regions.found(kept.region.feature)
+    return [
+        Chosen(one.name, Found(feature=one.name), one.vertices, kept.weight, one) for one in found
+    ]
 
 
 def _relate(deformer: Deformer, recipe: DeformRecipe, features: Mapping[str, Feature]) -> None:
@@ -192,7 +245,7 @@ def _relate(deformer: Deformer, recipe: DeformRecipe, features: Mapping[str, Fea
         with naming(f"offsets[{index}].between"):
             for one in offset.between:
                 if one not in features:
-                    known = some(map(repr, features), 12)
+                    known = some(map(repr, features), LISTED)
                     raise InvalidInput(f"there is no feature {one!r}; there are {known}")
             first, second = (features[one] for one in offset.between)
             deformer.keep_offset(first, second, name=name)
@@ -222,7 +275,15 @@ def _nearest(point: Point, surface: Surface) -> tuple[int, Floats]:
         (surface.vertices), (surface.indices, surface.offsets), attributes=number
     )
     triangles = numbered.triangulated()
-    places, _ = ClosestPoints(triangles).query([point])
+    places, distances = ClosestPoints(triangles).query([point])
+    if distances[0] > NEAR * surface.diagonal:
+        corners, weights = triangles.faces[places.face[0]], places.barycentric[0]
+        digits = 6 - int(np.floor(np.log10(surface.diagonal)))
+        there = (np.round(weights @ surface.vertices[corners], digits) + 0.0).tolist()
+        raise InvalidInput(
+            f"{list(point)} is {distances[0]:.4g} away from the surface, more than {NEAR:.0%} of "
+            f"its diagonal; the point nearest to it is {there}"
+        )
     triangle = int(places.face[0])
     face = int(triangles.attributes.face["face"][triangle])
     corners = surface.indices[surface.offsets[face] : surface.offsets[face + 1]]

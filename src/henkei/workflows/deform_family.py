@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from henkei.errors import Cancelled, HenkeiError
-from henkei.mesh import Surface
 from henkei.progress import Progress, part, silent
 from henkei.recipes.deform import DeformRecipe
-from henkei.workflows.deform_by_recipe import Staged, solved
+from henkei.workflows.deform_by_recipe import Deformed, Staged, solved
 from henkei.workflows.sweeps import Sweep, combinations, with_values
 
 
@@ -26,6 +25,7 @@ class Member:
     values : of the parameters, in the order of the sweeps.
     file : where it was written; "" if it failed.
     figures : how good it is, see :attr:`henkei.workflows.deform_by_recipe.Deformed.figures`.
+    warnings : why not to trust it.
     error : why there is none; "" if there is.
     """
 
@@ -33,6 +33,7 @@ class Member:
     values: tuple[float, ...]
     file: str = ""
     figures: dict[str, float] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
     error: str = ""
 
 
@@ -63,6 +64,7 @@ class Family:
                     "values": dict(zip(self.parameters, member.values, strict=True)),
                     **({"error": member.error} if member.error else {"file": member.file}),
                     **{name: _finite(value) for name, value in member.figures.items()},
+                    "warnings": list(member.warnings),
                 }
                 for member in self.members
             ],
@@ -73,10 +75,11 @@ class Family:
         names = list(dict.fromkeys(name for member in self.members for name in member.figures))
         text = StringIO()
         rows = csv.writer(text, lineterminator="\n")
-        rows.writerow(["number", *self.parameters, "file", *names, "error"])
+        rows.writerow(["number", *self.parameters, "file", *names, "warnings", "error"])
         for member in self.members:
             measured = [member.figures.get(name, "") for name in names]
-            rows.writerow([member.number, *member.values, member.file, *measured, member.error])
+            told = ["; ".join(member.warnings), member.error]
+            rows.writerow([member.number, *member.values, member.file, *measured, *told])
         return text.getvalue()
 
 
@@ -84,7 +87,7 @@ def deformed_family(
     stage: Staged,
     recipe: DeformRecipe,
     sweeps: Sequence[Sweep],
-    write: Callable[[int, Surface], Path],
+    write: Callable[[int, Deformed], Path],
     progress: Progress = silent,
 ) -> Family:
     """Deform a mesh by a recipe for each combination of parameters; all is prepared once.
@@ -94,7 +97,7 @@ def deformed_family(
     stage : made of the recipe of any member; prepared here.
     recipe : what is not swept.
     sweeps : see :func:`henkei.workflows.sweeps.parsed_sweeps`; values of the last change fastest.
-    write : puts the mesh of a number, from 1, into a file, and says which.
+    write : puts the member of a number, from 1, into a file, and says which.
 
     Returns
     -------
@@ -111,13 +114,14 @@ def deformed_family(
         progress(f"{number} of {len(grid)}", 0.3 + 0.7 * number / len(grid))
         try:
             deformed = solved(stage, with_values(recipe, sweeps, values))
-            file = write(number, deformed.mesh)
+            file = write(number, deformed)
         except Cancelled:
             raise
         except HenkeiError as error:
             members.append(Member(number, values, error=str(error)))
         else:
-            members.append(Member(number, values, str(file), deformed.figures))
+            figures, warnings = deformed.figures, deformed.warnings
+            members.append(Member(number, values, str(file), figures, warnings))
     return Family(tuple(one.label for one in sweeps), members, stage.seconds)
 
 

@@ -11,7 +11,7 @@ from henkei.io import read, write
 from henkei.io.cae import READERS, read_model, write_model
 from henkei.io.files import BY_SUFFIX
 from henkei.io.model import Model
-from henkei.mesh import Surface
+from henkei.mesh import Floats, Surface
 
 MESHES = tuple(dict.fromkeys((*BY_SUFFIX, *READERS)))
 
@@ -41,9 +41,14 @@ class MeshFile:
             return cls(path, model.surface, model)
         return cls(path, read(path))
 
-    def write(self, path: Path, surface: Surface) -> None:
+    def write(self, path: Path, surface: Surface, rotations: Floats | None = None) -> None:
         """Write the deformed surface; of a model, if the file can hold one, all of it with its
         numbers, sets and inner nodes.
+
+        Parameters
+        ----------
+        rotations : (n, 3, 3) of the vertices, by which mid-side and hanging nodes turn; see
+            :func:`henkei.geometry.model_motion.moved`.
 
         Raises
         ------
@@ -51,7 +56,7 @@ class MeshFile:
             :func:`henkei.io.cae.write_model`.
         """
         if self.model is not None and path.suffix.lower() in READERS:
-            write_model(path, self.model, moved(self.model, surface.vertices))
+            write_model(path, self.model, moved(self.model, surface.vertices, rotations=rotations))
         else:
             write(path, surface)
 

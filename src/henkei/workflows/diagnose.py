@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,14 @@ from henkei.geometry import requirements
 from henkei.geometry.coincidence import coincident_vertices
 from henkei.geometry.intersection import self_intersections
 from henkei.geometry.quality import mean_ratio
+from henkei.io.model import SET
 from henkei.mesh import Attributes, Floats, Mesh, PolygonMesh, Surface
 from henkei.topology import Ints
 
 SELF_INTERSECTION_LIMIT = 100_000
 WORST = 5
+NUMBERS = ("node", "element")  # attributes that tell all vertices or faces apart
+MOST_VALUES = 1000  # of one label
 NO_AREA = 1e-12  # mean ratio up to which a triangle counts as one without area
 
 
@@ -49,6 +52,19 @@ class Component:
     faces: int
     boundary_loops: int
     genus: float | None
+
+
+@dataclass(frozen=True)
+class Label:
+    """A set, a property or another label, by which a recipe may choose a region.
+
+    on : what has it.
+    values : each with how many have it; of a set only 1, for what is in it. The first 1,000.
+    """
+
+    name: str
+    on: Literal["vertices", "faces"]
+    values: dict[int, int]
 
 
 @dataclass(frozen=True)
@@ -92,6 +108,7 @@ class Diagnosis:
     self_intersections : (k, 2) pairs of faces, polygons split into triangles; None where it was not
         tested for coordinates that allow no exact answer.
     self_intersections_complete : False if not tested, or the search stopped at 100,000 pairs.
+    labels : sets and properties of the file.
     methods : by name, whether it takes the mesh.
     """
 
@@ -116,6 +133,7 @@ class Diagnosis:
     worst_quality: Floats
     self_intersections: Ints | None
     self_intersections_complete: bool
+    labels: tuple[Label, ...]
     methods: dict[str, MethodUse]
 
     def as_dict(self) -> dict[str, Any]:
@@ -164,8 +182,28 @@ def diagnose(mesh: Any) -> Diagnosis:
         worst_quality=quality[worst],
         self_intersections=pairs,
         self_intersections_complete=complete,
+        labels=_labels(surface),
         methods={name: _use(surface, *needs) for name, needs in _METHODS.items()},
     )
+
+
+def _labels(surface: Surface) -> tuple[Label, ...]:
+    """Attributes of integers, but for the numbers that a file gives its nodes and elements."""
+    attributes = surface.attributes
+    homes: tuple[tuple[Literal["vertices", "faces"], Any], ...] = (
+        ("vertices", attributes.vertex),
+        ("faces", attributes.face),
+    )
+    found = []
+    for on, table in homes:
+        for name, values in table.items():
+            if values.ndim != 1 or values.dtype.kind not in "iub" or name in NUMBERS:
+                continue
+            kinds, counts = np.unique(values, return_counts=True)
+            kept = slice(MOST_VALUES) if not name.startswith(SET) else kinds == 1
+            counted = zip(kinds[kept].tolist(), counts[kept].tolist(), strict=True)
+            found.append(Label(name, on, {int(kind): count for kind, count in counted}))
+    return tuple(found)
 
 
 _Groups = Sequence[Sequence[requirements.Check]]

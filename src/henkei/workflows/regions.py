@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cached_property, reduce
+from itertools import combinations, product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +21,11 @@ from henkei.geometry.form_feature import FormFeature
 from henkei.geometry.form_features import find_features
 from henkei.mesh import Surface
 from henkei.recipes import regions as kinds
-from henkei.recipes.recipe import meant
+from henkei.recipes.recipe import LISTED, meant
 from henkei.recipes.regions import KINDS, Region
 
 Indices = NDArray[np.int64]
+SHOWN = 9  # regions of an example
 
 
 class Regions:
@@ -55,7 +60,7 @@ class Regions:
         known = list(self.features)
         names = [name for name in known if fnmatchcase(name, pattern)]
         if not names:
-            listed = some(map(repr, known), 12) or "none"
+            listed = some(map(repr, known), LISTED) or "none"
             raise InvalidInput(
                 f"the mesh has no feature {pattern!r}{meant(pattern, known)}; it has {listed}"
             )
@@ -122,6 +127,7 @@ class Regions:
                 chain = region.sharp_chain
                 return selection.sharp_chain(surface, chain.near, chain.angle)
             case kinds.Label():
+                self._require_label(region.label.name)
                 return selection.labelled(surface, region.label.name, region.label.value)
             case kinds.Lasso():
                 return self._lasso(region.lasso)
@@ -138,6 +144,15 @@ class Regions:
                 f"there are no vertices {some(bad)}, the mesh has {count:,}, counted from 0"
             )
         return np.unique(np.array(vertices, dtype=np.int64))
+
+    def _require_label(self, name: str) -> None:
+        attributes = self.surface.attributes
+        known = sorted({*attributes.vertex, *attributes.face})
+        if name not in known:
+            listed = some(map(repr, known), LISTED) or "none"
+            raise InvalidInput(
+                f"the mesh has no label {name!r}{meant(name, known)}; it has {listed}"
+            )
 
     def _loop(self, which: int | tuple[float, ...]) -> Indices:
         """By a point, or by a number that counts from 1."""
@@ -161,6 +176,65 @@ class Regions:
         return selection.in_lasso(
             self.surface, lasso.polygon, camera, visible_only=not lasso.hidden
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """A part of a recipe and what its region stands for.
+
+    found : the one form feature that the region is; None of any other region.
+    """
+
+    name: str
+    region: Region
+    vertices: Indices
+    weight: float | None
+    found: FormFeature | None = None
+
+    @property
+    def body(self) -> FormFeature | Indices:
+        """What a deformer takes as region: of a found hole also its circle."""
+        return self.vertices if self.found is None else self.found
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What a deformer takes beside the vertices."""
+        return {"weight": self.weight, "name": self.name}
+
+
+def require_apart(fixed: Sequence[Chosen], others: Sequence[Chosen]) -> None:
+    """Raise InvalidInput, with all pairs, if hard parts of a recipe share vertices.
+
+    Fixed regions may share them with each other.
+    """
+    held = [part for part in fixed if part.weight is None]
+    moved = [part for part in others if part.weight is None]
+    pairs = []
+    for first, second in [*product(held, moved), *combinations(moved, 2)]:
+        shared = np.intersect1d(first.vertices, second.vertices)
+        if len(shared):
+            pairs.append((first, second, shared))
+    if not pairs:
+        return
+    told = [
+        f"{second.name!r} and {first.name!r} overlap in {len(shared)} "
+        f"{'vertex' if len(shared) == 1 else 'vertices'} ({some(shared, 3)})"
+        for first, second, shared in pairs
+    ]
+    first, second, shared = pairs[0]
+    larger = max(first, second, key=lambda part: len(part.vertices))
+    others = [b if a is larger else a for a, b, _ in pairs if larger in (a, b)]
+    out = ", ".join([_short(part.region) for part in (larger, *others)][:SHOWN])
+    cure = f'take these vertices out of one region, as in {{"without": [{out}]}}'
+    if len(larger.vertices) == len(shared):
+        cure = "these two regions are one, so leave one of them out"
+    raise InvalidInput(f'{some(told, LISTED)}; {cure}, or make one part soft with "weight"')
+
+
+def _short(region: Region) -> str:
+    """As the recipe has it, if that is not long."""
+    text = json.dumps(region.model_dump(exclude_defaults=True))
+    return text if len(text) <= 80 else "{...}"
 
 
 @contextmanager
@@ -198,9 +272,6 @@ def read_indices(path: Path) -> list[int]:
 
 def _bounds(first: kinds.Corner, second: kinds.Corner) -> tuple[list[float], list[float]]:
     """Lower and upper corner of a box, infinite where there is no bound."""
-    lower, upper = [], []
-    for a, b in zip(first, second, strict=True):
-        low, high = (-np.inf if a is None else a), (np.inf if b is None else b)
-        lower.append(min(low, high))
-        upper.append(max(low, high))
+    lower = [-np.inf if bound is None else bound for bound in first]
+    upper = [np.inf if bound is None else bound for bound in second]
     return lower, upper

@@ -11,7 +11,7 @@ from typing import Literal
 
 from henkei.errors import InvalidInput, some
 from henkei.recipes.deform import DeformRecipe, Feature, Handle, Move, Pin, Turn
-from henkei.recipes.recipe import Point, meant
+from henkei.recipes.recipe import LISTED, Point, meant
 
 Kind = Literal["handles", "features", "pins"]
 
@@ -167,7 +167,7 @@ def _found(name: str, recipe: DeformRecipe) -> tuple[Kind, int]:
             clash = some(repr(names[kind][index]) for kind, index in found)
             raise InvalidInput(f"{name!r} may be {clash}; write it as the recipe has it")
     known = [other for listed in names.values() for other in listed]
-    listed = some(map(repr, known), 12) or "none"
+    listed = some(map(repr, known), LISTED) or "none"
     raise InvalidInput(f"the recipe has no {name!r}{meant(name, known)}; it has {listed}")
 
 
