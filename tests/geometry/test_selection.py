@@ -393,3 +393,27 @@ class TestLasso:
         assert np.array_equal(
             select.in_lasso(solid, SCREEN, one), select.in_lasso(turned, SCREEN, other)
         )
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["x", 1j, np.complex128(1), {}, [[1], [2, 3]], [10**400] * 3, ["1", "2", "3"], object()],
+)
+def test_what_is_no_number_is_refused(value):
+    sheet, eye = grid(3, 3), camera_at((0, 0, 5))
+    for wrong in (
+        lambda: select.in_box(sheet, value, (1, 1, 1)),
+        lambda: select.in_sphere(sheet, (0, 0, 0), value),
+        lambda: select.near_line(sheet, value, (1, 1, 1), 0.1),
+        lambda: select.boundary_loop(sheet, value),
+        lambda: select.sharp_chains(sheet, value),
+        lambda: select.sharp_chains(sheet, 1.0, corner=value),
+        lambda: select.labelled(sheet, value, 1),
+        lambda: select.in_lasso(sheet, value, eye),
+        lambda: select.in_lasso(sheet, SCREEN, value),
+        lambda: select.grown(sheet, value),
+        lambda: camera_at(value),
+        lambda: camera_at((0, 0, 5), field_of_view=value),
+    ):
+        with pytest.raises(InvalidInput):
+            wrong()

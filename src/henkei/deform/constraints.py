@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from henkei.errors import InvalidInput
+from henkei.geometry.arguments import is_number, numbers
 from henkei.geometry.circles import Circle, fitted_circle
 from henkei.geometry.rotations import TURN, matrices_from_vectors
 from henkei.mesh import Floats
@@ -406,25 +407,10 @@ def _product(p: Sequence[float], q: Sequence[float]) -> tuple[float, float, floa
 
 
 def checked_vector(values: ArrayLike, what: str) -> Floats:
-    try:
-        vector = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        vector = np.empty(0)
+    vector = numbers(values)
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise InvalidInput(f"{what} must be three finite numbers, not {values!r}")
     return vector
-
-
-def is_number(value: Any) -> bool:
-    """Whether this is a real number that fits in floating point; NaN and infinity are."""
-    kinds = int | float | np.integer | np.floating
-    if isinstance(value, bool) or not isinstance(value, kinds):
-        return False
-    try:
-        float(value)
-    except OverflowError:
-        return False
-    return True
 
 
 def _positive(value: float, what: str) -> float:

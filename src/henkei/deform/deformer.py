@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from henkei.deform.constraints import Feature, Fixed, Handle, Keep, Pin, is_number
+from henkei.deform.constraints import Feature, Fixed, Handle, Keep, Pin
 from henkei.deform.drag import Drag
 from henkei.deform.prepared import Prepared
 from henkei.deform.quality import DeformQuality, Solution, measured
@@ -17,6 +17,7 @@ from henkei.deform.regions import checked_name, checked_point, checked_region, r
 from henkei.deform.settings import Method, Settings
 from henkei.deform.symmetry import Symmetry
 from henkei.errors import InvalidInput, some
+from henkei.geometry.arguments import is_number
 from henkei.geometry.requirements import require_measurable_faces
 from henkei.mesh import Floats, Surface
 from henkei.progress import Progress, silent

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from henkei._kernels import blended, shifted
-from henkei.deform.constraints import Handle, checked_vector, continued, is_number
+from henkei.deform.constraints import Handle, checked_vector, continued
 from henkei.errors import InvalidInput
+from henkei.geometry.arguments import is_number
 from henkei.mesh import Floats
 
 if TYPE_CHECKING:

@@ -22,11 +22,11 @@ from henkei.deform.constraints import (
     Pin,
     Region,
     checked_vector,
-    is_number,
 )
 from henkei.deform.hard import Body
 from henkei.deform.regions import require_apart
 from henkei.errors import Infeasible, InvalidInput, some
+from henkei.geometry.arguments import is_number
 from henkei.geometry.circles import Circle
 from henkei.mesh import Floats, Surface
 from henkei.topology import Ints

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from henkei.errors import InvalidInput, some
+from henkei.geometry.arguments import is_number, numbers
 from henkei.geometry.creases import CORNER, Chain, Folds, Indices, chains
 from henkei.geometry.visibility import Camera, hidden
 from henkei.interchange import surface_from
@@ -122,8 +123,10 @@ def sharp_chains(
     """
     mesh = surface_from(surface)
     for name, degrees in (("angle_degrees", angle_degrees), ("corner", corner)):
-        if not 0 < degrees <= 180:
-            raise InvalidInput(f"{name} must be more than 0 and at most 180 degrees, not {degrees}")
+        if not (is_number(degrees) and 0 < degrees <= 180):
+            raise InvalidInput(
+                f"{name} must be more than 0 and at most 180 degrees, not {degrees!r}"
+            )
     folds, topology = Folds(mesh), mesh.topology
     sharp = folds.sharp(angle_degrees)
     if not len(sharp):
@@ -172,6 +175,8 @@ def labelled(
     """
     mesh = surface_from(surface)
     tables = {"vertex": mesh.attributes.vertex, "face": mesh.attributes.face}
+    if not isinstance(name, str) or (on is not None and not isinstance(on, str)):
+        raise InvalidInput(f"name is a text and on 'vertex' or 'face', not {name!r} and {on!r}")
     homes = [home for home in tables if name in tables[home] and on in (None, home)]
     if len(homes) != 1:
         where = f"{on} attribute" if on else "attribute of faces or vertices"
@@ -186,6 +191,8 @@ def labelled(
         raise InvalidInput(
             f"attribute {name!r} has rows of shape {values.shape[1:]}; a label is one value"
         )
+    if not np.isscalar(value):
+        raise InvalidInput(f"a label is one value, not {value!r}")
     has: NDArray[np.bool_] = np.broadcast_to(np.asarray(values == value), values.shape)
     if not has.any():
         raise InvalidInput(
@@ -215,7 +222,9 @@ def in_lasso(
     InvalidInput : the polygon has fewer than three corners, or there is no such vertex.
     """
     mesh = surface_from(surface)
-    corners = np.asarray(polygon, dtype=np.float64)
+    if not isinstance(camera, Camera):
+        raise InvalidInput(f"camera must be henkei.select.Camera, not {camera!r}")
+    corners = numbers(polygon)
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
         raise InvalidInput(f"a lasso has three or more corners (x, y), not {corners.shape}")
     if not np.isfinite(corners).all():
@@ -263,7 +272,7 @@ def grown(surface: Any, region: Any, rings: int = 1) -> Indices:
 
 def _chosen(mesh: Surface, rows: list[Chain], which: Any, kind: str) -> Chain:
     """The chain of that number, or the one nearest to a point."""
-    if np.ndim(which) == 0:
+    if not isinstance(which, list | tuple | np.ndarray):
         if isinstance(which, bool | np.bool_) or not isinstance(which, int | np.integer):
             raise InvalidInput(f"a {kind} is named by its number or a point, not by {which!r}")
         if not 0 <= which < len(rows):
@@ -320,7 +329,11 @@ def _used(mesh: Surface, inside: NDArray[np.bool_], where: str) -> Indices:
 
 
 def _mask(mesh: Surface, region: Any) -> NDArray[np.bool_]:
-    given, count = np.asarray(getattr(region, "vertices", region)), len(mesh.vertices)
+    count = len(mesh.vertices)
+    try:
+        given = np.asarray(getattr(region, "vertices", region))
+    except ValueError:
+        raise InvalidInput("a region is vertex indices, not rows of different lengths") from None
     if given.dtype == bool and given.shape == (count,):
         mask = given.copy()
     elif given.dtype.kind in "iu" and given.ndim == 1:
@@ -340,10 +353,7 @@ def _mask(mesh: Surface, region: Any) -> NDArray[np.bool_]:
 
 
 def _triple(values: Any, what: str, *, infinite: bool = False) -> Floats:
-    try:
-        point = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        point = np.empty(0)
+    point = numbers(values)
     if point.shape != (3,) or np.isnan(point).any() or not (infinite or np.isfinite(point).all()):
         kind = "numbers" if infinite else "finite numbers"
         raise InvalidInput(f"{what} is three {kind}, not {values!r}")
@@ -351,7 +361,7 @@ def _triple(values: Any, what: str, *, infinite: bool = False) -> Floats:
 
 
 def _distance(value: Any, what: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+    if not is_number(value):
         raise InvalidInput(f"{what} is a number, not {value!r}")
     if not 0 <= value < np.inf:
         raise InvalidInput(f"{what} is at least 0 and finite, not {value!r}")

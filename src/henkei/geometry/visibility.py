@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from henkei.errors import InvalidInput
+from henkei.geometry.arguments import is_number, numbers
 from henkei.mesh import Floats, Mesh
 
 _TOUCHING = 1e-9  # of the scene's size, up to which a face in front of a point is at it
@@ -50,6 +51,10 @@ class Camera:
             raise InvalidInput(
                 "a camera has a field_of_view, or field_of_view=None and a height, not both"
             )
+        for name in ("field_of_view", "height", "aspect"):
+            value = getattr(self, name)
+            if value is not None and not is_number(value):
+                raise InvalidInput(f"{name} must be a number, not {value!r}")
         if self.field_of_view is not None and not 0 < self.field_of_view < 180:
             raise InvalidInput(
                 f"field_of_view is more than 0 and less than 180 degrees, not {self.field_of_view}"
@@ -238,10 +243,10 @@ def _dot(a: Floats, b: Floats) -> Floats:
 
 
 def _triple(values: ArrayLike, name: str) -> tuple[float, float, float]:
-    try:
-        x, y, z = (float(value) for value in np.asarray(values, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise InvalidInput(f"a camera's {name} is three numbers, not {values!r}") from None
-    if not np.isfinite((x, y, z)).all():
+    point = numbers(values)
+    if point.shape != (3,):
+        raise InvalidInput(f"a camera's {name} is three numbers, not {values!r}")
+    if not np.isfinite(point).all():
         raise InvalidInput(f"a camera's {name} is three finite numbers, not {values!r}")
+    x, y, z = point.tolist()
     return x, y, z
