@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from henkei.geometry.rotations import (
     best_rotations,
+    continued,
     matrices_from_quaternions,
     matrices_from_vectors,
     quaternions_from_matrices,
@@ -129,3 +130,22 @@ def test_each_part_has_its_own_seed() -> None:
     ranked = unwrapped(wrapped, links, rank=np.array([0, 1, 2, 4, 3]))[:, 2]
     np.testing.assert_allclose(ranked, angles, atol=1e-12)
     assert unwrapped(np.empty((0, 3)), np.empty((0, 2), int)).shape == (0, 3)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_turns_continue_without_a_jump(seed: int) -> None:
+    """Many small turns about one axis are one large turn, however far round."""
+    rng = np.random.default_rng(seed)
+    axis = rng.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    angle = rng.uniform(-20, 20)
+    small = np.zeros(3)
+    for _ in range(40):
+        small = continued(small, angle / 40 * axis)
+    np.testing.assert_allclose(small, angle * axis, atol=1e-12)
+    np.testing.assert_allclose(continued(np.zeros(3), angle * axis), angle * axis, atol=1e-12)
+    start = rng.normal(size=3) * 3
+    step = rng.normal(size=3)
+    product = matrices_from_vectors(step[None]) @ matrices_from_vectors(start[None])
+    found = matrices_from_vectors(continued(start, step)[None])
+    np.testing.assert_allclose(found, product, atol=1e-12)

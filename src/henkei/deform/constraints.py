@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import atan2, ceil, cos, hypot, sin
 from typing import Any, Literal
 
 import numpy as np
@@ -13,12 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from henkei.errors import InvalidInput
 from henkei.geometry.arguments import is_number, numbers
 from henkei.geometry.circles import Circle, fitted_circle
-from henkei.geometry.rotations import TURN, matrices_from_vectors
+from henkei.geometry.rotations import continued, matrices_from_vectors
 from henkei.mesh import Floats
 
 Region = NDArray[np.int64]
 Keep = Literal["rigid", "circle", "plane", "line"]
-QUARTER = np.pi / 2  # a turn up to this leaves no doubt which way it goes
 UNIT, NOTHING = np.eye(3), np.zeros(3)
 ROUNDING = 1e-14  # of coordinates
 FLAT = 1e-3  # part of its size by which a region may leave the plane or line it shall keep
@@ -367,43 +364,6 @@ def _across(axis: Floats) -> Floats:
 def _matrix(vector: Floats) -> Floats:
     matrix: Floats = matrices_from_vectors(vector[None])[0]
     return matrix
-
-
-def continued(rotation: Floats, step: Floats) -> Floats:
-    """The rotation vector after a further turn; of those that mean the same the continuous one."""
-    x, y, z = rotation.tolist()
-    size = float(np.linalg.norm(step))
-    parts = ceil(size / QUARTER) or 1
-    part = _quaternion(*(step / parts).tolist())
-    for _ in range(parts):
-        w, *axis = _product(part, _quaternion(x, y, z))
-        sine, along = hypot(*axis), hypot(x, y, z)
-        if sine > 1e-12:
-            unit = [value / sine for value in axis]
-        else:
-            unit = [value / (along or 1.0) for value in (x, y, z)]
-        angle = 2 * atan2(sine, w)
-        before = unit[0] * x + unit[1] * y + unit[2] * z
-        angle += TURN * round((before - angle) / TURN)
-        x, y, z = (angle * value for value in unit)
-    return np.array([x, y, z])
-
-
-def _quaternion(x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    angle = hypot(x, y, z)
-    factor = sin(angle / 2) / angle if angle else 0.5
-    return cos(angle / 2), factor * x, factor * y, factor * z
-
-
-def _product(p: Sequence[float], q: Sequence[float]) -> tuple[float, float, float, float]:
-    a, b, c, d = p
-    w, x, y, z = q
-    return (
-        a * w - b * x - c * y - d * z,
-        a * x + b * w + c * z - d * y,
-        a * y - b * z + c * w + d * x,
-        a * z + b * y - c * x + d * w,
-    )
 
 
 def checked_vector(values: ArrayLike, what: str) -> Floats:

@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from henkei._kernels import blended, shifted
-from henkei.deform.constraints import Handle, checked_vector, continued
+from henkei.deform.constraints import Handle, checked_vector
 from henkei.errors import InvalidInput
 from henkei.geometry.arguments import is_number
+from henkei.geometry.rotations import continued
 from henkei.mesh import Floats
 
 if TYPE_CHECKING:

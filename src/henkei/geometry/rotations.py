@@ -6,6 +6,9 @@ columns: ``y = R x``. Quaternions are ``(w, x, y, z)``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from math import atan2, ceil, cos, hypot, sin
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
@@ -14,6 +17,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from henkei.mesh import Floats
 
 TURN = 2 * np.pi
+QUARTER = np.pi / 2  # a turn up to this leaves no doubt which way it goes
 UNDETERMINED = 1e-12  # relative size of a singular value that does not fix a rotation
 
 
@@ -162,3 +166,40 @@ def _breadth_first(
     graph = csr_array((ones, (start, end)), shape=(count + 1, count + 1))
     order, parent = breadth_first_order(graph, count, directed=False)
     return order.astype(np.int64), parent.astype(np.int64)
+
+
+def continued(rotation: Floats, step: Floats) -> Floats:
+    """The rotation vector after a further turn; of those that mean the same the continuous one."""
+    x, y, z = rotation.tolist()
+    size = float(np.linalg.norm(step))
+    parts = ceil(size / QUARTER) or 1
+    part = _quaternion(*(step / parts).tolist())
+    for _ in range(parts):
+        w, *axis = _product(part, _quaternion(x, y, z))
+        sine, along = hypot(*axis), hypot(x, y, z)
+        if sine > 1e-12:
+            unit = [value / sine for value in axis]
+        else:
+            unit = [value / (along or 1.0) for value in (x, y, z)]
+        angle = 2 * atan2(sine, w)
+        before = unit[0] * x + unit[1] * y + unit[2] * z
+        angle += TURN * round((before - angle) / TURN)
+        x, y, z = (angle * value for value in unit)
+    return np.array([x, y, z])
+
+
+def _quaternion(x: float, y: float, z: float) -> tuple[float, float, float, float]:
+    angle = hypot(x, y, z)
+    factor = sin(angle / 2) / angle if angle else 0.5
+    return cos(angle / 2), factor * x, factor * y, factor * z
+
+
+def _product(p: Sequence[float], q: Sequence[float]) -> tuple[float, float, float, float]:
+    a, b, c, d = p
+    w, x, y, z = q
+    return (
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    )
