@@ -99,8 +99,11 @@ class Drag:
     def _turned_to(self, side: int) -> Floats:
         """What the nodes of one side but the first, no turn, add to the start."""
         if side not in self._turned:
-            solved = [self._solved(np.zeros(3), side * node) for node in self._nodes[1:]]
-            self._turned[side] = (np.stack(solved) - self._start).reshape(NODES - 1, -1)
+            added = np.empty((NODES - 1, self._start.size))
+            for row, node in zip(added, self._nodes[1:], strict=True):
+                solved = self._solved(np.zeros(3), side * node)
+                np.subtract(solved, self._start, out=row.reshape(-1, 3))
+            self._turned[side] = added
         return self._turned[side]
 
     def _is_smooth(self, side: int) -> bool:
