@@ -22,8 +22,9 @@ MODULES = {
     "known": "known",
     "register": "registration",
     "deform": "deform",
+    "quad": "quads",
 }
-CACHING = {"register"}
+CACHING, ON_ALL = {"register"}, {"quad"}
 SIZES, QUICK = [5_000, 50_000, 200_000, 1_000_000], [2_000, 5_000]
 
 
@@ -36,6 +37,7 @@ def main() -> None:
         for name in names:
             sizes = _sizes(name, options)
             more = {"cached": True} if options.cached and name in CACHING else {}
+            more |= {"everything": True} if options.all and name in ON_ALL else {}
             measured = _module(name).run(sizes, options.budget, Path(folder), **more)
             file = RESULTS / f"{name}{'-quick' if options.quick else ''}.json"
             file.write_text(json.dumps({"machine": machine(), **measured}, indent=2))
@@ -55,6 +57,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument(
         "--cached", action="store_true", help="peers as in an earlier run (register)"
     )
+    parser.add_argument("--all", action="store_true", help="henkei alone on every real mesh (quad)")
     options = parser.parse_args()
     unknown = [name for name in options.names if name not in MODULES]
     if unknown:
@@ -71,7 +74,7 @@ def _sizes(name: str, options: argparse.Namespace) -> list[int]:
 
 def _write(names: list[str]) -> None:
     """The tables of the guide, and the reports from the latest results of each benchmark."""
-    for name in {"table1", "known", "register", "deform"} & set(names):
+    for name in {"table1", "known", "register", "deform", "quad"} & set(names):
         _module(name).write(json.loads((RESULTS / f"{name}.json").read_text()))
     sections = []
     for name in ("overlay", "embedding", "combine"):

@@ -48,6 +48,17 @@ def test_python_that_deforms(tmp_path, monkeypatch, capsys):
     assert max(radii) == pytest.approx(80, rel=1e-9)
 
 
+def test_python_that_makes_quads(tmp_path, monkeypatch, capsys):
+    quads, irregular, worst, flipped = map(float, printed(3, tmp_path, monkeypatch, capsys))
+    written = hk.read("quads.ply")
+    assert written.face_count == quads
+    assert (np.diff(written.offsets) == 4).all()
+    assert irregular > 0
+    assert worst > 0
+    assert flipped == 0
+    assert hk.load("quads.npz").quality.quads == quads
+
+
 def printed(block, tmp_path, monkeypatch, capsys) -> list[str]:
     """The words that a block of Python prints, run in an empty folder."""
     monkeypatch.chdir(tmp_path)
@@ -66,7 +77,7 @@ def test_commands(tmp_path, monkeypatch, capsys):
     lines = "".join(blocks("sh")).splitlines()
     commands = [shlex.split(line, comments=True) for line in lines if line.startswith("henkei ")]
     assert {command[1] for command in commands} == {
-        *("info", "combine", "morph", "register", "stats", "features", "deform")
+        *("info", "combine", "morph", "register", "stats", "features", "deform", "quad")
     }
     hk.write("panel.obj", grid(6, 4))
     Path("change.json").write_text(CHANGE)
@@ -83,6 +94,7 @@ def test_commands(tmp_path, monkeypatch, capsys):
     assert hk.load("r.npz").quality.landmark_error < 1e-9
     assert len(hk.load("stats/model.npz").scores) == 3
     assert hk.read("bent_0005.obj").vertices[:, 2].max() == 20
+    assert hk.read("shells.inp").face_count == hk.read("quads.obj").face_count > 0
 
 
 def ball(height: float) -> hk.Mesh:

@@ -30,11 +30,13 @@ if TYPE_CHECKING:
     from henkei.mesh import Attributes, Mesh, PolygonMesh
     from henkei.morph import write_morph
     from henkei.morph.targets import blend, write_targets
+    from henkei.quad import QuadResult, quadrangulate
     from henkei.recipes.deform import DeformRecipe
     from henkei.register import Registration, register
     from henkei.statistics import ShapeModel, procrustes, shape_model
     from henkei.workflows.deform_by_recipe import deform_by_recipe
     from henkei.workflows.diagnose import diagnose
+    from henkei.workflows.quad_files import write_layout, write_quads
     from henkei.workflows.results import load, save
 
 __all__ = [
@@ -45,6 +47,7 @@ __all__ = [
     "FormFeatures",
     "Mesh",
     "PolygonMesh",
+    "QuadResult",
     "Registration",
     "ShapeModel",
     "blend",
@@ -59,6 +62,7 @@ __all__ = [
     "moved",
     "oriented",
     "procrustes",
+    "quadrangulate",
     "read",
     "read_model",
     "register",
@@ -70,8 +74,10 @@ __all__ = [
     "without_degenerate_faces",
     "without_unused_vertices",
     "write",
+    "write_layout",
     "write_model",
     "write_morph",
+    "write_quads",
     "write_targets",
 ]
 
@@ -93,11 +99,13 @@ _HOMES = {
     "henkei.mesh": ("Attributes", "Mesh", "PolygonMesh"),
     "henkei.morph": ("write_morph",),
     "henkei.morph.targets": ("blend", "write_targets"),
+    "henkei.quad": ("QuadResult", "quadrangulate"),
     "henkei.recipes.deform": ("DeformRecipe",),
     "henkei.register": ("Registration", "register"),
     "henkei.statistics": ("ShapeModel", "procrustes", "shape_model"),
     "henkei.workflows.deform_by_recipe": ("deform_by_recipe",),
     "henkei.workflows.diagnose": ("diagnose",),
+    "henkei.workflows.quad_files": ("write_layout", "write_quads"),
     "henkei.workflows.results": ("load", "save"),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}

@@ -21,6 +21,57 @@ class Cholesky:
     @property
     def entries(self) -> int: ...
 
+class Remeshing:
+    def __init__(
+        self,
+        vertices: NDArray[np.float64],
+        faces: Ints,
+        twins: Ints,
+        feature: NDArray[np.uint8],
+        length: NDArray[np.float64],
+    ) -> None: ...
+    def split_long(self, most: int) -> bool: ...
+    def collapse_short(self) -> None: ...
+    def flip(self) -> None: ...
+    def relax(self) -> None: ...
+    def separate(self) -> None: ...
+    def result(
+        self,
+    ) -> tuple[Ints, NDArray[np.uint8], Ints, NDArray[np.float64], NDArray[np.uint8]]: ...
+
+class QuadRelaxation:
+    def __init__(
+        self,
+        vertices: NDArray[np.float64],
+        faces: Ints,
+        twins: Ints,
+        line_start: NDArray[np.int64],
+        line_points: NDArray[np.float64],
+        line_arc: NDArray[np.float64],
+        line_half_edges: Ints,
+        line_closed: NDArray[np.uint8],
+        quads: Ints,
+        face: Ints,
+        weights: NDArray[np.float64],
+        points: NDArray[np.float64],
+        held: NDArray[np.uint8],
+        line: Ints,
+        arc: NDArray[np.float64],
+        beside: Ints,
+        limits: NDArray[np.float64],
+        size: NDArray[np.float64],
+        centre: Ints,
+    ) -> None: ...
+    def fit(self, iterations: int, evenness: float) -> None: ...
+    def improve(self, sweeps: int, power: float, stretch: float, evenness: float) -> None: ...
+    def untangle(self, sweeps: int, floor: float, seed: int) -> None: ...
+    def pin(self, vertices: Ints, face: Ints, weights: NDArray[np.float64]) -> None: ...
+    def mend(self, tries: int, seed: int) -> None: ...
+    def save(self, slot: int) -> None: ...
+    def restore(self, slot: int) -> None: ...
+    def quality(self) -> NDArray[np.float64]: ...
+    def result(self) -> tuple[NDArray[np.float64], Ints, NDArray[np.float64]]: ...
+
 def minimum_degree(start: Ints, row: Ints) -> Ints: ...
 def nested_dissection(start: Ints, row: Ints) -> Ints: ...
 def half_edge_twins(origin: Ints, target: Ints, vertices: int) -> Ints: ...
@@ -45,6 +96,15 @@ def embed_sphere(
     sweeps: int,
 ) -> NDArray[np.float64]: ...
 def inverted_on_sphere(positions: NDArray[np.float64], faces: Ints) -> Ints: ...
+def flood(
+    neighbours: Ints,
+    normals: NDArray[np.float64],
+    centres: NDArray[np.float64],
+    seeds: Ints,
+    patch_normals: NDArray[np.float64],
+    patch_centres: NDArray[np.float64],
+    compactness: float,
+) -> Ints: ...
 def locate_on_sphere(
     sphere: NDArray[np.float64], faces: Ints, twins: Ints, points: NDArray[np.float64]
 ) -> tuple[Ints, NDArray[np.float64]]: ...
@@ -134,3 +194,25 @@ def shifted(
     vector: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None: ...
+def trace_motorcycles(
+    vertices: NDArray[np.float64],
+    faces: Ints,
+    twin: Ints,
+    change: NDArray[np.float64],
+    matching: NDArray[np.int8],
+    track: NDArray[np.int8],
+    feature: NDArray[np.uint8],
+    kept_off: NDArray[np.uint8],
+    starts: Ints,
+    meeting: float,
+) -> dict[str, Any]: ...
+def collapse_chords(
+    points: NDArray[np.float64],
+    sizes: NDArray[np.float64],
+    quads: Ints,
+    twin: Ints,
+    feature: Ints,
+    rank: Ints,
+    wished: Ints,
+    target: int,
+) -> tuple[NDArray[np.float64], Ints, Ints, NDArray[np.uint8], int]: ...

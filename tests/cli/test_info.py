@@ -73,7 +73,7 @@ def test_a_mesh_with_a_fault_says_it_once_and_what_to_do(flipped, capsys, monkey
     assert "winding disagrees at edges: 1 (0-2)" in told
     assert "combine no: neighbouring faces wind against each other at 1 edge" in told
     assert "To do: henkei.oriented(mesh) turns them" in told
-    assert "quad (not in this version) no, for the same reason as combine" in told
+    assert "quad takes this mesh" in told
     assert "deform takes this mesh" in told
 
 

@@ -37,6 +37,7 @@ def test_a_good_disk():
     assert [name for name, use in d.methods.items() if use.available] == [
         "combine",
         "register",
+        "quad",
         "deform",
     ]
     assert all(use.reason == use.remedy == "" for use in d.methods.values())
@@ -112,6 +113,21 @@ def test_no_number_no_answer():
     assert not len(d.worst_faces)
     assert d.as_dict()["diagonal"] is None
     assert usable(d) == set()
+
+
+def test_quads_take_any_winding_that_can_be_made_to_agree():
+    turned = diagnose(Mesh(SQUARE, [[0, 1, 2], [0, 3, 2]]))
+    assert usable(turned) == {"quad", "deform"}
+    thin = diagnose(Mesh([*SQUARE, [0.5, 0, 0]], [[0, 4, 1], [4, 2, 1], [0, 2, 4]]))
+    assert "no area" in thin.methods["quad"].reason
+    i = np.arange(5)
+    strip = np.column_stack([2 * i, 2 * i + 1, 2 * i + 3, 2 * i + 2]) % 10
+    strip[-1] = [8, 9, 0, 1]
+    angle = 2 * np.pi * i / 5
+    lower = np.column_stack([np.cos(angle), np.sin(angle), -np.cos(angle / 2)])
+    upper = np.column_stack([1.2 * np.cos(angle), np.sin(angle), np.cos(angle / 2)])
+    one_sided = diagnose(PolygonMesh(np.stack([lower, upper], axis=1).reshape(-1, 3), strip))
+    assert "one-sided" in one_sided.methods["quad"].reason
 
 
 @pytest.mark.parametrize("mesh", [Mesh(np.empty((0, 3)), []), Mesh(SQUARE, [])])

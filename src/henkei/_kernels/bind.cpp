@@ -10,8 +10,12 @@
 #include "closest_points.hpp"
 #include "deformation.hpp"
 #include "kernels.hpp"
+#include "motorcycles.hpp"
 #include "ordering.hpp"
 #include "overlay.hpp"
+#include "quad_chords.hpp"
+#include "quad_relaxation.hpp"
+#include "remeshing.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -279,6 +283,132 @@ void solve(const henkei::Cholesky& cholesky, In<double, -1, -1> right, InOut<dou
     cholesky.solve(right.data(), out.data(), int64_t(right.shape(1)));
 }
 
+template <class T>
+std::vector<T> copied(const In<T, -1>& values) {
+    return {values.data(), values.data() + values.shape(0)};
+}
+
+template <class T, ssize_t Columns>
+std::vector<T> copied(const In<T, -1, Columns>& values) {
+    return {values.data(), values.data() + values.shape(0) * Columns};
+}
+
+nb::dict trace_motorcycles(In<double, -1, 3> vertices, Faces faces, In<int32_t, -1> twin,
+                           In<double, -1, 2> change, In<int8_t, -1> matching, In<int8_t, -1> track,
+                           In<uint8_t, -1> feature, In<uint8_t, -1> kept_off,
+                           In<int32_t, -1, 2> starts, double meeting) {
+    henkei::TracingResult r;
+    {
+        henkei::TracedSurface s{copied(vertices), copied(faces), copied(twin),    copied(change),
+                                copied(matching), copied(track), copied(feature), copied(kept_off)};
+        nb::gil_scoped_release release;
+        r = henkei::trace_motorcycles(std::move(s), starts.data(), int64_t(starts.shape(0)),
+                                      meeting);
+    }
+    nb::dict d;
+    d["vertices"] = hand_over(std::move(r.surface.vertices), 3);
+    d["faces"] = hand_over(std::move(r.surface.faces), 3);
+    d["twin"] = hand_over(std::move(r.surface.twin));
+    d["change"] = hand_over(std::move(r.surface.change), 2);
+    d["matching"] = hand_over(std::move(r.surface.matching));
+    d["track"] = hand_over(std::move(r.surface.track));
+    d["feature"] = hand_over(std::move(r.surface.feature));
+    d["kept_off"] = hand_over(std::move(r.surface.kept_off));
+    d["turn"] = hand_over(std::move(r.turn));
+    d["motorcycles"] = r.motorcycles;
+    d["merged"] = r.merged;
+    d["lost"] = r.lost;
+    return d;
+}
+
+void remeshing(henkei::Remeshing* self, Vectors vertices, Faces faces, In<int32_t, -1> twins,
+               In<uint8_t, -1> feature, Numbers length) {
+    require(length.size() == vertices.shape(0), "vertices");
+    require(twins.size() == faces.size() && feature.size() == faces.size(), "half-edges");
+    nb::gil_scoped_release release;
+    new (self)
+        henkei::Remeshing({vectors(vertices), faces.data(), twins.data(), feature.data(),
+                           length.data(), int64_t(vertices.shape(0)), int64_t(faces.shape(0))});
+}
+
+nb::tuple remeshed(const henkei::Remeshing& self) {
+    henkei::Remeshing::Result r = self.result();
+    return nb::make_tuple(hand_over(std::move(r.faces), 3), hand_over(std::move(r.feature)),
+                          hand_over(std::move(r.on_face)), hand_over(std::move(r.weights), 3),
+                          hand_over(std::move(r.corner)));
+}
+
+nb::tuple collapse_chords(Vectors points, Numbers sizes, In<int32_t, -1, 4> quads,
+                          In<int32_t, -1> twin, In<int32_t, -1> feature, In<int32_t, -1> rank,
+                          In<int32_t, -1> wished, int64_t target) {
+    const size_t count = points.shape(0);
+    require(sizes.size() == count && rank.size() == count && wished.size() == count, "vertices");
+    require(twin.size() == quads.size() && feature.size() == quads.size(), "half-edges");
+    henkei::QuadsWithSizes mesh{
+        {},           copied(sizes), copied(quads), copied(twin), copied(feature),
+        copied(rank), copied(wished)};
+    mesh.points.assign(vectors(points), vectors(points) + count);
+    henkei::CollapsedQuads r;
+    {
+        nb::gil_scoped_release release;
+        r = henkei::collapse_chords(std::move(mesh), target);
+    }
+    return nb::make_tuple(hand_over(std::move(r.points), 3), hand_over(std::move(r.quads), 4),
+                          hand_over(std::move(r.numbers)), hand_over(std::move(r.feature), 4),
+                          r.chords);
+}
+
+// The relaxation of quads.
+void relaxation(henkei::QuadRelaxation* self, Vectors vertices, Faces faces, Indices twins,
+                In<int64_t, -1> line_start, Vectors line_points, Numbers line_arc,
+                Indices line_half_edges, In<uint8_t, -1> line_closed, In<int32_t, -1, 4> quads,
+                Indices face, Vectors weights, Vectors points, In<uint8_t, -1> held, Indices line,
+                Numbers arc, In<int32_t, -1, 2> beside, In<double, -1, 2> limits, Numbers size,
+                Indices centre) {
+    const size_t count = points.shape(0);
+    require(face.size() == count && weights.shape(0) == count && held.size() == count &&
+                line.size() == count && arc.size() == count && beside.shape(0) == count &&
+                limits.shape(0) == count && size.size() == count,
+            "vertices");
+    require(centre.size() == quads.shape(0), "quads");
+    require(twins.size() == faces.size(), "half-edges");
+    require(line_closed.size() + 1 == line_start.size() &&
+                line_points.shape(0) == line_arc.size() &&
+                line_half_edges.size() == line_arc.size(),
+            "points of lines");
+    henkei::QuadLines lines{
+        copied(line_start), {}, copied(line_arc), copied(line_half_edges), copied(line_closed)};
+    for (size_t i = 0; i < line_points.shape(0); ++i) {
+        lines.point.push_back({line_points(i, 0), line_points(i, 1), line_points(i, 2)});
+    }
+    nb::gil_scoped_release release;
+    new (self) henkei::QuadRelaxation(
+        henkei::SurfacePlaces(vertices.data(), int64_t(vertices.shape(0)), faces.data(),
+                              twins.data(), int64_t(faces.shape(0))),
+        henkei::ClosestPoints(vertices.data(), faces.data(), int64_t(faces.shape(0))),
+        std::move(lines), copied(quads), face.data(), weights.data(), points.data(), int64_t(count),
+        copied(held), line.data(), arc.data(), beside.data(), limits.data(), copied(size),
+        centre.data());
+}
+
+nb::tuple relaxation_result(const henkei::QuadRelaxation& self) {
+    const size_t count = size_t(self.vertex_count());
+    std::vector<double> points(3 * count), weights(3 * count);
+    std::vector<int32_t> face(count);
+    self.result(points.data(), face.data(), weights.data());
+    return nb::make_tuple(hand_over(std::move(points), 3), hand_over(std::move(face)),
+                          hand_over(std::move(weights), 3));
+}
+
+auto relaxation_quality(henkei::QuadRelaxation& self) {
+    std::vector<double> quality(size_t(self.quad_count()));
+    {
+        nb::gil_scoped_release release;
+        self.quality(quality.data());
+    }
+    return hand_over(std::move(quality));
+}
+
 }  // namespace
 
 NB_MODULE(_kernels, m) {
@@ -296,6 +426,15 @@ NB_MODULE(_kernels, m) {
         .def("__init__", &factor, "start"_a, "row"_a, "values"_a, "order"_a)
         .def("solve", &solve, "right"_a, "out"_a)
         .def_prop_ro("entries", &henkei::Cholesky::entries);
+    const nb::call_guard<nb::gil_scoped_release> free;
+    nb::class_<henkei::Remeshing>(m, "Remeshing")
+        .def("__init__", &remeshing, "vertices"_a, "faces"_a, "twins"_a, "feature"_a, "length"_a)
+        .def("split_long", &henkei::Remeshing::split_long, "most"_a, free)
+        .def("collapse_short", &henkei::Remeshing::collapse_short, free)
+        .def("flip", &henkei::Remeshing::flip, free)
+        .def("relax", &henkei::Remeshing::relax, free)
+        .def("separate", &henkei::Remeshing::separate, free)
+        .def("result", &remeshed);
     m.def(
         "minimum_degree",
         [](Indices start, Indices row) { return ordered(start, row, henkei::minimum_degree); },
@@ -369,6 +508,23 @@ NB_MODULE(_kernels, m) {
             return hand_over(std::move(bad));
         },
         "positions"_a, "faces"_a);
+    m.def(
+        "flood",
+        [](Faces neighbours, In<double, -1, 3> normals, In<double, -1, 3> centres,
+           In<int32_t, -1> seeds, In<double, -1, 3> patch_normals, In<double, -1, 3> patch_centres,
+           double compactness) {
+            Array<int32_t> label(neighbours.shape(0));
+            {
+                nb::gil_scoped_release release;
+                henkei::flood(neighbours.data(), normals.data(), centres.data(),
+                              int64_t(neighbours.shape(0)), seeds.data(), patch_normals.data(),
+                              patch_centres.data(), int64_t(seeds.shape(0)), compactness,
+                              label.data());
+            }
+            return hand_over(std::move(label));
+        },
+        "neighbours"_a, "normals"_a, "centres"_a, "seeds"_a, "patch_normals"_a, "patch_centres"_a,
+        "compactness"_a);
     m.def("locate_on_sphere", &locate_on_sphere, "sphere"_a, "faces"_a, "twins"_a, "points"_a);
     m.def("refine", &refine, "sphere"_a, "rest"_a, "guide"_a, "trust"_a, "faces"_a, "frozen"_a,
           "region"_a, "outside"_a, "target_sphere"_a, "target"_a, "target_normals"_a,
@@ -392,4 +548,32 @@ NB_MODULE(_kernels, m) {
     m.def("blended", &blended<float>, "basis"_a.noconvert(), "coefficients"_a, "start"_a,
           "out"_a.noconvert());
     m.def("shifted", &shifted, "start"_a, "weight"_a, "vector"_a, "out"_a.noconvert());
+    m.def("trace_motorcycles", &trace_motorcycles, "vertices"_a, "faces"_a, "twin"_a, "change"_a,
+          "matching"_a, "track"_a, "feature"_a, "kept_off"_a, "starts"_a, "meeting"_a);
+    m.def("collapse_chords", &collapse_chords, "points"_a, "sizes"_a, "quads"_a, "twin"_a,
+          "feature"_a, "rank"_a, "wished"_a, "target"_a);
+    using Release = nb::call_guard<nb::gil_scoped_release>;
+    nb::class_<henkei::QuadRelaxation>(m, "QuadRelaxation")
+        .def("__init__", &relaxation, "vertices"_a, "faces"_a, "twins"_a, "line_start"_a,
+             "line_points"_a, "line_arc"_a, "line_half_edges"_a, "line_closed"_a, "quads"_a,
+             "face"_a, "weights"_a, "points"_a, "held"_a, "line"_a, "arc"_a, "beside"_a, "limits"_a,
+             "size"_a, "centre"_a)
+        .def("fit", &henkei::QuadRelaxation::fit, "iterations"_a, "evenness"_a, Release())
+        .def("improve", &henkei::QuadRelaxation::improve, "sweeps"_a, "power"_a, "stretch"_a,
+             "evenness"_a, Release())
+        .def("untangle", &henkei::QuadRelaxation::untangle, "sweeps"_a, "floor"_a, "seed"_a,
+             Release())
+        .def(
+            "pin",
+            [](henkei::QuadRelaxation& self, Indices vertices, Indices face, Vectors weights) {
+                require(vertices.size() == face.size() && face.size() == weights.shape(0),
+                        "number of places");
+                self.pin(vertices.data(), face.data(), weights.data(), int64_t(vertices.size()));
+            },
+            "vertices"_a, "face"_a, "weights"_a)
+        .def("mend", &henkei::QuadRelaxation::mend, "tries"_a, "seed"_a, Release())
+        .def("save", &henkei::QuadRelaxation::save, "slot"_a)
+        .def("restore", &henkei::QuadRelaxation::restore, "slot"_a)
+        .def("quality", &relaxation_quality)
+        .def("result", &relaxation_result);
 }

@@ -83,4 +83,11 @@ std::vector<double> embed_sphere(const double* vertices, int64_t vertex_count, c
 std::vector<int32_t> inverted_on_sphere(const double* positions, const int32_t* faces,
                                         int64_t face_count);
 
+// Patch of each face, grown from one seed face each; -1 where no seed is connected. neighbours: of
+// each face over its three edges, -1 where none or where patches must not grow. Per face its unit
+// normal and a point, and per patch the same; compactness: of squared distances against normals.
+void flood(const int32_t* neighbours, const double* normals, const double* centres, int64_t faces,
+           const int32_t* seeds, const double* patch_normals, const double* patch_centres,
+           int64_t patches, double compactness, int32_t* label);
+
 }  // namespace henkei

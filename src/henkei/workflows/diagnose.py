@@ -208,11 +208,16 @@ def _labels(surface: Surface) -> tuple[Label, ...]:
 
 _Groups = Sequence[Sequence[requirements.Check]]
 _SHEET: _Groups = [[requirements.has_faces, requirements.finite]]
+_TURNABLE: _Groups = [
+    *requirements.MEASURABLE_FACES,
+    [requirements.manifold],
+    [requirements.orientable],
+]
 # What each method asks for, what it asks for with --fill-holes, and whether it is there yet.
 _METHODS: dict[str, tuple[_Groups, _Groups | None, bool]] = {
     "combine": (requirements.DISK, requirements.DISK_WITH_HOLES, True),
     "register": (requirements.SPHERE_WITH_HOLES, None, True),
-    "quad": ([*_SHEET, *requirements.ORIENTED], None, False),
+    "quad": (_TURNABLE, None, True),
     "deform": (requirements.MEASURABLE_FACES, None, True),
     "design": ([*_SHEET, *requirements.ORIENTED], None, False),
 }

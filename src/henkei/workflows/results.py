@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from henkei.combine import CombinedMesh
 from henkei.errors import HenkeiError, InvalidFile, InvalidInput, some
 from henkei.io.whole import whole
+from henkei.quad.result import QuadResult
 from henkei.register.registration import Registration
 from henkei.statistics import ShapeModel
 
@@ -78,12 +79,28 @@ REGISTRATION: dict[str, Column] = {
 }
 """The arrays of a registration."""
 
+QUADS: dict[str, Column] = {
+    "vertices": ("vertices", (3,), "f"),
+    "faces": ("quads", (4,), "i"),
+    "patch": ("quads", (), "i"),
+    "uv": ("quads", (4, 2), "f"),
+    "on_input.face": ("vertices", (), "i"),
+    "on_input.barycentric": ("vertices", (3,), "f"),
+    "features": ("features", (2,), "i"),
+    "layout.vertices": ("layout vertices", (3,), "f"),
+    "layout.faces": ("layout faces", (3,), "i"),
+    "layout.patch": ("layout faces", (), "i"),
+    "layout.uv": ("layout faces", (3, 2), "f"),
+}
+"""The arrays of quads."""
+
 SHAPE_MODEL: dict[str, Column] = {}
 """The arrays of a model of shapes; it checks them itself."""
 
 KINDS: dict[str, tuple[type[Result], Mapping[str, Column]]] = {
     "combined mesh": (CombinedMesh, COMBINED),
     "registration": (Registration, REGISTRATION),
+    "quads": (QuadResult, QUADS),
     "shape model": (ShapeModel, SHAPE_MODEL),
 }
 """Classes of results and their arrays, by the name that stands in the file."""
