@@ -378,7 +378,7 @@ void QuadRelaxation::quality(double* standing) {
 
 void QuadRelaxation::result(double* points, int32_t* face, double* weights) const {
     for (int64_t v = 0; v < vertex_count(); ++v) {
-        const SurfacePlace& place = spot_[v].place;
+        const WalkedPlace& place = spot_[v].place;
         face[v] = place.face;
         std::copy(place.point.begin(), place.point.end(), points + 3 * v);
         std::copy(place.weights.begin(), place.weights.end(), weights + 3 * v);

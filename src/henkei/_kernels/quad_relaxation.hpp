@@ -55,7 +55,7 @@ class QuadRelaxation {
     static constexpr double kLeastRoom = 0.1;  // of the way to a neighbour on a line stays free
 
     struct Spot {
-        SurfacePlace place;
+        WalkedPlace place;
         double arc;
     };
     struct Bound {
@@ -106,7 +106,7 @@ class QuadRelaxation {
     std::vector<State> saved_;
     std::vector<double> wished_;  // area of each quad
     double evenness_ = 0;
-    std::vector<SurfacePlace> centre_;
+    std::vector<WalkedPlace> centre_;
     std::vector<Vec> up_;  // normal of the surface at each quad's centre
 };
 

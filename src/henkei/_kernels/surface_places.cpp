@@ -62,14 +62,14 @@ void SurfacePlaces::set_normals() {
     }
 }
 
-SurfacePlace SurfacePlaces::at(int32_t face, const Vec& weights) const {
+WalkedPlace SurfacePlaces::at(int32_t face, const Vec& weights) const {
     const int32_t* corner = &faces_[3 * size_t(face)];
     return {face, weights,
             weights[0] * point_[corner[0]] + weights[1] * point_[corner[1]] +
                 weights[2] * point_[corner[2]]};
 }
 
-Vec SurfacePlaces::normal(const SurfacePlace& place) const {
+Vec SurfacePlaces::normal(const WalkedPlace& place) const {
     const Vec* corner = &normal_[3 * size_t(place.face)];
     const Vec& w = place.weights;
     const Vec mean = w[0] * corner[0] + w[1] * corner[1] + w[2] * corner[2];
@@ -77,7 +77,7 @@ Vec SurfacePlaces::normal(const SurfacePlace& place) const {
     return size > kLeastNormal ? (1 / size) * mean : face_normal_[place.face];
 }
 
-double SurfacePlaces::nearest(int32_t face, const Vec& to, SurfacePlace& place) const {
+double SurfacePlaces::nearest(int32_t face, const Vec& to, WalkedPlace& place) const {
     const int32_t* corner = &faces_[3 * size_t(face)];
     const Vec &a = point_[corner[0]], &b = point_[corner[1]], &c = point_[corner[2]];
     const Vec ab = b - a, ac = c - a, ap = to - a, normal = cross(ab, ac);
@@ -106,11 +106,11 @@ double SurfacePlaces::nearest(int32_t face, const Vec& to, SurfacePlace& place) 
     return least;
 }
 
-SurfacePlace SurfacePlaces::moved(const SurfacePlace& from, const Vec& to) {
+WalkedPlace SurfacePlaces::moved(const WalkedPlace& from, const Vec& to) {
     ++round_;
     const Vec step = to - from.point;
     const double reach = dot(step, step) * (1 + 1e-9);
-    SurfacePlace best = from, place;
+    WalkedPlace best = from, place;
     double least = nearest(from.face, to, best);
     open_.assign(1, from.face);
     seen_[from.face] = round_;

@@ -8,7 +8,7 @@
 
 namespace henkei {
 
-struct SurfacePlace {
+struct WalkedPlace {
     int32_t face;
     Vec weights, point;
 };
@@ -19,18 +19,18 @@ class SurfacePlaces {
     SurfacePlaces(const double* vertices, int64_t vertex_count, const int32_t* faces,
                   const int32_t* twins, int64_t face_count);
 
-    SurfacePlace at(int32_t face, const Vec& weights) const;
+    WalkedPlace at(int32_t face, const Vec& weights) const;
     // The nearest place to `to` among the faces that can be reached from `from` without going
     // farther from `to` than `from` is. So no point comes to another sheet that is near in space.
-    SurfacePlace moved(const SurfacePlace& from, const Vec& to);
+    WalkedPlace moved(const WalkedPlace& from, const Vec& to);
     // Interpolated between the corners of the face; where no point may cross, sides differ.
-    Vec normal(const SurfacePlace& place) const;
+    Vec normal(const WalkedPlace& place) const;
     const Vec& face_normal(int32_t face) const { return face_normal_[face]; }
 
   private:
     void set_normals();
     // Nearest point of a face; gives its squared distance.
-    double nearest(int32_t face, const Vec& to, SurfacePlace& place) const;
+    double nearest(int32_t face, const Vec& to, WalkedPlace& place) const;
 
     std::vector<Vec> point_, normal_, face_normal_;  // normals of corners, 3 a face
     std::vector<int32_t> faces_, twins_, open_;
