@@ -148,10 +148,13 @@ class _Task:
 
 
 def _best(task: _Task, order: list[tuple[str, float]]) -> Quads:
-    """Quads by the first way that ends well, else by that of the ways which ends best."""
+    """Quads by the first way that ends well, else by that which ends best; a finer mesh underneath
+    is for what could not be laid out at all."""
     best: tuple[tuple[float, ...], Quads] | None = None
     failure: Infeasible | None = None
     for way, fineness in order:
+        if best is not None and fineness != order[0][1]:
+            break
         try:
             quads, bad = _quads(task, way, fineness)
         except Infeasible as error:
@@ -164,8 +167,6 @@ def _best(task: _Task, order: list[tuple[str, float]]) -> Quads:
         merit = (bad, max(off - GOOD_COUNT, 0.0) - shape)
         if best is None or merit < best[0]:
             best = merit, quads
-        elif not best[0][0]:
-            break
     if best is None:
         assert failure is not None, "there is always a way"
         raise failure
