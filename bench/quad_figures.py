@@ -10,6 +10,7 @@ import numpy as np
 from henkei.geometry.creases import Folds
 from henkei.geometry.distance import ClosestPoints, surface_distance
 from henkei.geometry.element_quality import element_quality
+from henkei.geometry.repair import oriented
 from henkei.mesh import Floats, Mesh, PolygonMesh
 from henkei.quad.quality import angle_deviations
 from henkei.topology import BOUNDARY, Ints, Topology
@@ -101,6 +102,10 @@ def components(topology: Topology) -> list[tuple[int, int]]:
 
 
 def _flipped(surface: Mesh, quads: PolygonMesh) -> int:
+    if len(surface.topology.misoriented_edges) and surface.topology.is_orientable:
+        surface = oriented(
+            surface
+        )  # as the method does first; the sign below is then all that is left
     corners = quads.vertices[quads.indices]
     centres = np.add.reduceat(corners, quads.offsets[:-1]) / np.diff(quads.offsets)[:, None]
     places, _ = ClosestPoints(surface).query(centres)

@@ -60,6 +60,7 @@ def quads_on(mesh: Mesh, seed: int, way: str) -> Quads:
         rng.integers(0, count, (3, 2)).astype(np.int32),
         layout,
         way,
+        bool(seed % 2),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -76,14 +76,21 @@ def planned(
     MissingDependency : an optional library is needed.
     """
     plans = [_planned(given, pair) for given in outputs]
+    files = [path for plan in plans for path in plan.files]
+    require_places([*([pairs] if pairs else []), *files], inputs)
+    return plans
+
+
+def require_places(paths: Iterable[Path], inputs: Iterable[Path]) -> None:
+    """Raise InvalidInput if a folder does not exist, or a file would be overwritten that is an
+    input or another of these."""
     taken = {path.resolve(): f"the input {path}" for path in inputs}
-    for path in [*([pairs] if pairs else []), *(path for plan in plans for path in plan.files)]:
+    for path in paths:
         if not path.parent.is_dir():
             raise InvalidInput(f"cannot write {path}: the folder {path.parent} does not exist")
         if path.resolve() in taken:
             raise InvalidInput(f"{path} would overwrite {taken[path.resolve()]}; rename it")
         taken[path.resolve()] = f"another output ({path})"
-    return plans
 
 
 def written(

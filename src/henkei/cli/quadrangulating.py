@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from henkei.cli.combining import NO_DEFAULT, Source
-from henkei.cli.outputs import Written
+from henkei.cli.outputs import Written, require_places
 from henkei.errors import InvalidInput, InvalidMesh
 from henkei.io import write
 from henkei.mesh import PolygonMesh
@@ -148,13 +148,7 @@ def planned(
         require_ending(cage)
     if not plans and cage is None:
         raise InvalidInput("nothing to write; name a file, as in: -o quads.obj")
-    taken = {path.resolve(): f"the input {path}" for path in inputs}
-    for path in [*(plan.path for plan in plans), *([cage] if cage else [])]:
-        if not path.parent.is_dir():
-            raise InvalidInput(f"cannot write {path}: the folder {path.parent} does not exist")
-        if path.resolve() in taken:
-            raise InvalidInput(f"{path} would overwrite {taken[path.resolve()]}; rename it")
-        taken[path.resolve()] = f"another output ({path})"
+    require_places([*(plan.path for plan in plans), *([cage] if cage else [])], inputs)
     return plans
 
 

@@ -18,6 +18,7 @@ from scipy.sparse.csgraph import connected_components
 
 from henkei.mesh import Floats, PolygonMesh
 from henkei.quad.editing import HIGHEST, QuadEditor, edges_of, valences, wished_valences
+from henkei.quad.homeomorphy import homeomorphic
 from henkei.topology import Ints
 
 Mask = NDArray[np.bool_]
@@ -243,11 +244,7 @@ def _same_topology(mesh: Cleaned, made: Cleaned) -> bool:
     old, _ = valences(mesh.quads, len(mesh.vertices))
     used = valence > 0
     return bool(
-        after.is_manifold
-        and not len(after.misoriented_edges)
-        and after.euler_characteristic == before.euler_characteristic
-        and after.component_count == before.component_count
-        and len(after.boundary_loops) == len(before.boundary_loops)
+        homeomorphic(before, after)
         and valence[used].max() <= max(HIGHEST, old.max())
         and valence[used & ~rim].min(initial=4) >= 3
     )

@@ -27,6 +27,7 @@ class Quads:
     """The quads of one component, see :class:`henkei.quad.result.QuadResult`.
 
     way : the layout they come from, ``"field"`` or ``"vsa"``.
+    injective : whether all patches were mapped one to one.
     """
 
     vertices: Floats
@@ -37,6 +38,7 @@ class Quads:
     features: Ints
     layout: Mesh
     way: str
+    injective: bool
 
 
 def components(mesh: Mesh) -> list[Component]:
@@ -74,6 +76,7 @@ def joined(parts: Sequence[Component], quads: Sequence[Quads]) -> Quads:
         ),
         layout=_joined_layouts([q.layout for q in quads], corner, patch),
         way=max(sorted(set(ways)), key=ways.count),
+        injective=all(q.injective for q in quads),
     )
 
 

@@ -10,15 +10,16 @@ from numpy.typing import NDArray
 
 from henkei.errors import Infeasible
 from henkei.geometry.distance import ClosestPoints
-from henkei.mesh import Attributes, Floats, Mesh
+from henkei.mesh import Attributes, Floats, Mesh, PolygonMesh
 from henkei.progress import Progress, part, silent
 from henkei.quad.cleanup import Cleaned, cleaned
 from henkei.quad.components import Quads, components, joined
 from henkei.quad.features import Sharp, feature_half_edges
+from henkei.quad.homeomorphy import require_homeomorphic
 from henkei.quad.isolines import RawQuads
 from henkei.quad.laying import field_layouts, prepared, shape_layouts
 from henkei.quad.measuring import best_lengths, mapped
-from henkei.quad.quality import quad_quality
+from henkei.quad.quality import QuadQuality, quad_quality
 from henkei.quad.relaxation import relaxed, scaled_jacobians
 from henkei.quad.result import QuadResult, quad_mesh
 from henkei.quad.seam import Seam
@@ -105,20 +106,28 @@ def quadrangulate(
         made.append(_best(task, order))
     whole = joined(parts, made) if half is None else half.doubled(parts, made, feature)
     wish.require_met(len(whole.faces))
-    with clock("quality"):
-        result = quad_mesh(whole.vertices, whole.faces, whole.patch, whole.uv)
-        quality = quad_quality(
-            result,
-            surface,
-            patches=int(whole.patch.max()) + 1,
-            layout=whole.way,
-            injective=True,
-            turned_faces=int(wound.turned.sum()),
-            asymmetry=0.0 if half is None else half.asymmetry,
-            seconds=clock.seconds,
-        )
+    result = quad_mesh(whole.vertices, whole.faces, whole.patch, whole.uv)
+    require_homeomorphic(result, surface)
+    quality = _measured(result, whole, wound, half, clock)
     on_input = wound.on_given(whole.on_surface)
     return QuadResult(result, on_input, whole.features, whole.layout, quality)
+
+
+def _measured(
+    result: PolygonMesh, whole: Quads, wound: Wound, half: Half | None, clock: Clock
+) -> QuadQuality:
+    with clock("quality"):
+        quality = quad_quality(
+            result,
+            wound.mesh,
+            patches=int(whole.patch.max()) + 1,
+            layout=whole.way,
+            injective=whole.injective,
+            turned_faces=int(wound.turned.sum()),
+            asymmetry=0.0 if half is None else half.asymmetry,
+            seconds={},
+        )
+    return replace(quality, seconds=dict(clock.seconds))
 
 
 def _never_back(progress: Progress) -> Progress:
@@ -220,6 +229,7 @@ def _quads(task: _Task, way: str, fineness: float) -> tuple[Quads, int]:
             attributes=Attributes(corner={"uv": uv}, face={"patch": patch}),
         ),
         way=way,
+        injective=maps.injective,
     )
     return quads, int((shape <= 0).sum()) + len(rest.turned_over)
 

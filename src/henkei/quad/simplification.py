@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from henkei._kernels import collapse_chords
+from henkei.errors import Infeasible
 from henkei.mesh import PolygonMesh
 from henkei.quad.cleanup import Cleaned
 from henkei.quad.editing import edges_of, wished_valences
-from henkei.topology import Ints, Topology
+from henkei.quad.homeomorphy import homeomorphic
+from henkei.topology import Ints
 
 Mask = NDArray[np.bool_]
 Indices = NDArray[np.int64]
@@ -41,6 +43,10 @@ def simplified(
     features : (k, 2) edges that must stay on their lines, of which they may become fewer; the
         boundary counts in any case.
     fixed : (n,) vertices that must stay where they are.
+
+    Raises
+    ------
+    Infeasible : what is left is not homeomorphic to what was given.
     """
     points = np.array(vertices, dtype=np.float64)
     faces = np.array(quads, dtype=np.int32).reshape(-1, 4)
@@ -57,7 +63,8 @@ def simplified(
         wished_valences(points, faces).astype(np.int32),
         target,
     )
-    assert _same(topology, PolygonMesh(moved, left).topology), "collapses keep the topology"
+    if not homeomorphic(topology, PolygonMesh(moved, left).topology):
+        raise Infeasible("rows of quads could not be collapsed without changing the surface")
     lines = np.unique(np.sort(_half_edges(left)[on_line.ravel() > 0], axis=1), axis=0)
     used = np.unique(left)
     renumbered = np.searchsorted(used, left).astype(np.int32)
@@ -98,14 +105,3 @@ def _ranks(lines: Indices, fixed: Mask) -> Ints:
     degree = np.bincount(lines.ravel(), minlength=len(fixed))
     stays = fixed | ((degree > 0) & (degree != 2))
     return np.where(stays, 2, np.minimum(degree, 1)).astype(np.int32)
-
-
-def _same(before: Topology, after: Topology) -> bool:
-    """Whether a manifold surface like that before came out."""
-    return bool(
-        after.is_manifold
-        and not len(after.misoriented_edges)
-        and after.euler_characteristic == before.euler_characteristic
-        and after.component_count == before.component_count
-        and len(after.boundary_loops) == len(before.boundary_loops)
-    )

@@ -155,6 +155,7 @@ class Half:
             features=self._features(half, edges, image, feature),
             layout=self._layout(half.layout, layout_edges),
             way=half.way,
+            injective=half.injective,
         )
 
     def _places(

@@ -68,8 +68,8 @@ class Wish:
         if self.strict and made > TOLERATED * self.quads + A_FEW:
             raise Infeasible(
                 f"{self.quads:,.0f} quads were asked for, but the detail, creases and boundaries "
-                f"of this surface take at least {made:,}; ask for that many, or leave creases out "
-                "(sharp=180)"
+                f"of this surface take at least {made:,} in the best layout found; ask for that "
+                "many, or leave creases out (sharp 180)"
             )
 
 
