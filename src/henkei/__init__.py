@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from henkei import errors, select, shapes
     from henkei.combine import CombinedMesh, combine
     from henkei.deform import Deformer
+    from henkei.design import Designer
     from henkei.geometry.element_quality import element_quality
     from henkei.geometry.form_features import FormFeatures, find_features
     from henkei.geometry.model_motion import moved
@@ -32,9 +33,11 @@ if TYPE_CHECKING:
     from henkei.morph.targets import blend, write_targets
     from henkei.quad import QuadResult, quadrangulate
     from henkei.recipes.deform import DeformRecipe
+    from henkei.recipes.design import DesignRecipe
     from henkei.register import Registration, register
     from henkei.statistics import ShapeModel, procrustes, shape_model
     from henkei.workflows.deform_by_recipe import deform_by_recipe
+    from henkei.workflows.design_by_recipe import design_by_recipe
     from henkei.workflows.diagnose import diagnose
     from henkei.workflows.quad_files import write_layout, write_quads
     from henkei.workflows.results import load, save
@@ -44,6 +47,8 @@ __all__ = [
     "CombinedMesh",
     "DeformRecipe",
     "Deformer",
+    "DesignRecipe",
+    "Designer",
     "FormFeatures",
     "Mesh",
     "PolygonMesh",
@@ -53,6 +58,7 @@ __all__ = [
     "blend",
     "combine",
     "deform_by_recipe",
+    "design_by_recipe",
     "diagnose",
     "element_quality",
     "errors",
@@ -84,6 +90,7 @@ __all__ = [
 _HOMES = {
     "henkei.combine": ("CombinedMesh", "combine"),
     "henkei.deform": ("Deformer",),
+    "henkei.design": ("Designer",),
     "henkei.geometry.element_quality": ("element_quality",),
     "henkei.geometry.form_features": ("FormFeatures", "find_features"),
     "henkei.geometry.model_motion": ("moved",),
@@ -101,9 +108,11 @@ _HOMES = {
     "henkei.morph.targets": ("blend", "write_targets"),
     "henkei.quad": ("QuadResult", "quadrangulate"),
     "henkei.recipes.deform": ("DeformRecipe",),
+    "henkei.recipes.design": ("DesignRecipe",),
     "henkei.register": ("Registration", "register"),
     "henkei.statistics": ("ShapeModel", "procrustes", "shape_model"),
     "henkei.workflows.deform_by_recipe": ("deform_by_recipe",),
+    "henkei.workflows.design_by_recipe": ("design_by_recipe",),
     "henkei.workflows.diagnose": ("diagnose",),
     "henkei.workflows.quad_files": ("write_layout", "write_quads"),
     "henkei.workflows.results": ("load", "save"),

@@ -194,6 +194,41 @@ def shifted(
     vector: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None: ...
+def refined_triangles(
+    vertex_count: int, indices: Ints, edges: Ints, corner_edges: Ints
+) -> tuple[Ints, Ints, Ints]: ...
+def refined_quads(
+    vertex_count: int,
+    indices: Ints,
+    offsets: NDArray[np.int64],
+    edges: Ints,
+    corner_edges: Ints,
+) -> tuple[Ints, Ints, Ints]: ...
+def refined_vertices(
+    values: NDArray[np.float64], edges: Ints, indices: Ints, offsets: NDArray[np.int64]
+) -> NDArray[np.float64]: ...
+def smoothing_neighbours(
+    vertex_count: int, edges: Ints, corner_edges: Ints
+) -> tuple[Ints, Ints]: ...
+def smoothed(
+    start: Ints,
+    neighbours: Ints,
+    values: NDArray[np.float64],
+    factors: NDArray[np.float64],
+    free: NDArray[np.uint8] | None,
+    out: NDArray[np.float64],
+) -> None: ...
+def hat_products(
+    vertex_count: int, indices: Ints, corners: int, area: float
+) -> tuple[Ints, Ints, NDArray[np.float64]]: ...
+def dual_columns(
+    start: Ints,
+    indices: Ints,
+    values: NDArray[np.float64],
+    products_start: Ints,
+    products_indices: Ints,
+    products: NDArray[np.float64],
+) -> tuple[Ints, Ints, NDArray[np.float64]]: ...
 def trace_motorcycles(
     vertices: NDArray[np.float64],
     faces: Ints,

@@ -39,6 +39,7 @@ def test_a_good_disk():
         "register",
         "quad",
         "deform",
+        "design",
     ]
     assert all(use.reason == use.remedy == "" for use in d.methods.values())
 

@@ -9,6 +9,7 @@
 #include "cholesky.hpp"
 #include "closest_points.hpp"
 #include "deformation.hpp"
+#include "design.hpp"
 #include "kernels.hpp"
 #include "motorcycles.hpp"
 #include "ordering.hpp"
@@ -198,12 +199,17 @@ void turned_normals(In<double, -1, -1> weights, Vectors rotation_vectors, Number
                            log_scales.data(), normals.data(), int64_t(count), out.data());
 }
 
-void product(Indices start, Indices indices, Numbers values, Vectors right,
-             std::optional<Vectors> add, VectorsOut out) {
+using Table = In<double, -1, -1>;
+using TableOut = InOut<double, -1, -1>;
+
+void product(Indices start, Indices indices, Numbers values, Table right, std::optional<Table> add,
+             TableOut out) {
     const henkei::SparseRows rows = rows_of(start, indices, values, out.shape(0));
     require(!add || add->shape(0) == out.shape(0), "number of rows");
+    require(right.shape(1) == out.shape(1) && (!add || add->shape(1) == out.shape(1)), "columns");
     nb::gil_scoped_release release;
-    henkei::product(rows, right.data(), add ? add->data() : nullptr, out.data());
+    henkei::product(rows, right.data(), int64_t(out.shape(1)), add ? add->data() : nullptr,
+                    out.data());
 }
 
 void fitted_rotations(Indices start, Indices indices, Numbers weights, Vectors rest,
@@ -409,6 +415,122 @@ auto relaxation_quality(henkei::QuadRelaxation& self) {
     return hand_over(std::move(quality));
 }
 
+// The design on a subdivided cage.
+using Edges = In<int32_t, -1, 2>;
+
+nb::tuple smoothing_neighbours(int64_t vertices, Edges edges, Indices corner_edges) {
+    henkei::VertexRows rows;
+    {
+        nb::gil_scoped_release release;
+        rows = henkei::smoothing_neighbours(vertices, edges.data(), int64_t(edges.shape(0)),
+                                            corner_edges.data(), int64_t(corner_edges.size()));
+    }
+    return nb::make_tuple(hand_over(std::move(rows.start)), hand_over(std::move(rows.indices)));
+}
+
+void smoothed(Indices start, Indices neighbours, Table values, Numbers factors,
+              std::optional<In<uint8_t, -1>> free, TableOut out) {
+    const size_t count = out.shape(0);
+    require(
+        start.size() == count + 1 && values.shape(0) == count && (!free || free->size() == count),
+        "vertices");
+    require(size_t(start.data()[count]) == neighbours.size(), "number of neighbours");
+    require(values.shape(1) == out.shape(1) && factors.size() == out.shape(1), "columns");
+    if (values.data() == out.data() && count > 0) throw nb::value_error("values and out are one");
+    nb::gil_scoped_release release;
+    henkei::smoothed(start.data(), neighbours.data(), int64_t(count), values.data(),
+                     int64_t(out.shape(1)), factors.data(), free ? free->data() : nullptr,
+                     out.data());
+}
+
+nb::tuple hat_products(int64_t vertices, Indices indices, int corners, double area) {
+    if (corners != 3 && corners != 4) throw nb::value_error("corners may be 3 or 4");
+    require(indices.size() % size_t(corners) == 0, "corners a face");
+    henkei::HatProducts r;
+    {
+        nb::gil_scoped_release release;
+        r = henkei::hat_products(vertices, indices.data(), int64_t(indices.size()) / corners,
+                                 corners, area);
+    }
+    return nb::make_tuple(hand_over(std::move(r.start)), hand_over(std::move(r.indices)),
+                          hand_over(std::move(r.values)));
+}
+
+henkei::CageView cage_view(int64_t vertices, const Indices& indices, const Edges& edges,
+                           const Indices& corner_edges) {
+    require(indices.size() == corner_edges.size(), "corners");
+    return {vertices,
+            indices.data(),
+            edges.data(),
+            corner_edges.data(),
+            int64_t(indices.size()),
+            int64_t(edges.shape(0))};
+}
+
+nb::tuple handed_over(henkei::RefinedFaces&& r) {
+    return nb::make_tuple(hand_over(std::move(r.indices)), hand_over(std::move(r.edges), 2),
+                          hand_over(std::move(r.corner_edges)));
+}
+
+nb::tuple refined_triangles(int64_t vertices, Indices indices, Edges edges, Indices corner_edges) {
+    const henkei::CageView cage = cage_view(vertices, indices, edges, corner_edges);
+    require(indices.size() % 3 == 0, "corners a face");
+    henkei::RefinedFaces r;
+    {
+        nb::gil_scoped_release release;
+        r = henkei::refined_triangles(cage);
+    }
+    return handed_over(std::move(r));
+}
+
+int64_t face_count(const In<int64_t, -1>& offsets, const Indices& indices) {
+    const size_t faces = offsets.size() - 1;
+    require(offsets.size() > 0 && size_t(offsets.data()[faces]) == indices.size(), "corners");
+    return int64_t(faces);
+}
+
+nb::tuple refined_quads(int64_t vertices, Indices indices, In<int64_t, -1> offsets, Edges edges,
+                        Indices corner_edges) {
+    const henkei::CageView cage = cage_view(vertices, indices, edges, corner_edges);
+    const int64_t faces = face_count(offsets, indices);
+    henkei::RefinedFaces r;
+    {
+        nb::gil_scoped_release release;
+        r = henkei::refined_quads(cage, offsets.data(), faces);
+    }
+    return handed_over(std::move(r));
+}
+
+Out<double> refined_vertices(Table values, Edges edges, Indices indices, In<int64_t, -1> offsets) {
+    const int64_t faces = face_count(offsets, indices);
+    const size_t columns = values.shape(1);
+    const henkei::CageView cage{
+        int64_t(values.shape(0)), indices.data(),         edges.data(), nullptr,
+        int64_t(indices.size()),  int64_t(edges.shape(0))};
+    henkei::Unfilled<double> out((values.shape(0) + edges.shape(0) + size_t(faces)) * columns);
+    {
+        nb::gil_scoped_release release;
+        henkei::refined_vertices(cage, offsets.data(), faces, values.data(), int64_t(columns),
+                                 out.data());
+    }
+    return hand_over(std::move(out), columns);
+}
+
+nb::tuple dual_columns(Indices start, Indices indices, Numbers values, Indices products_start,
+                       Indices products_indices, Numbers products) {
+    require(start.size() > 0 && products_start.size() > 0, "number of rows");
+    const henkei::SparseRows rows = rows_of(start, indices, values, start.size() - 1);
+    const henkei::SparseRows matrix =
+        rows_of(products_start, products_indices, products, products_start.size() - 1);
+    henkei::SparseColumns r;
+    {
+        nb::gil_scoped_release release;
+        r = henkei::dual_columns(rows, matrix);
+    }
+    return nb::make_tuple(hand_over(std::move(r.start)), hand_over(std::move(r.indices)),
+                          hand_over(std::move(r.values)));
+}
+
 }  // namespace
 
 NB_MODULE(_kernels, m) {
@@ -550,6 +672,20 @@ NB_MODULE(_kernels, m) {
     m.def("shifted", &shifted, "start"_a, "weight"_a, "vector"_a, "out"_a.noconvert());
     m.def("trace_motorcycles", &trace_motorcycles, "vertices"_a, "faces"_a, "twin"_a, "change"_a,
           "matching"_a, "track"_a, "feature"_a, "kept_off"_a, "starts"_a, "meeting"_a);
+    m.def("refined_triangles", &refined_triangles, "vertex_count"_a, "indices"_a.noconvert(),
+          "edges"_a.noconvert(), "corner_edges"_a.noconvert());
+    m.def("refined_quads", &refined_quads, "vertex_count"_a, "indices"_a.noconvert(), "offsets"_a,
+          "edges"_a.noconvert(), "corner_edges"_a.noconvert());
+    m.def("refined_vertices", &refined_vertices, "values"_a, "edges"_a.noconvert(),
+          "indices"_a.noconvert(), "offsets"_a);
+    m.def("smoothing_neighbours", &smoothing_neighbours, "vertex_count"_a, "edges"_a,
+          "corner_edges"_a);
+    m.def("smoothed", &smoothed, "start"_a.noconvert(), "neighbours"_a.noconvert(), "values"_a,
+          "factors"_a, "free"_a.none(), "out"_a.noconvert());
+    m.def("hat_products", &hat_products, "vertex_count"_a, "indices"_a.noconvert(), "corners"_a,
+          "area"_a);
+    m.def("dual_columns", &dual_columns, "start"_a, "indices"_a, "values"_a,
+          "products_start"_a.noconvert(), "products_indices"_a.noconvert(), "products"_a);
     m.def("collapse_chords", &collapse_chords, "points"_a, "sizes"_a, "quads"_a, "twin"_a,
           "feature"_a, "rank"_a, "wished"_a, "target"_a);
     using Release = nb::call_guard<nb::gil_scoped_release>;

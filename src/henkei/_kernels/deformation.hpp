@@ -18,8 +18,9 @@ struct SparseRows {
 void turned_normals(const double* weights, int64_t handles, const double* rotation_vectors,
                     const double* log_scales, const double* normals, int64_t count, double* out);
 
-// out = start + rows * right, for three columns; start may be null, or out.
-void product(const SparseRows& rows, const double* right, const double* start, double* out);
+// out = start + rows * right, for any number of columns; start may be null, or out.
+void product(const SparseRows& rows, const double* right, int64_t columns, const double* start,
+             double* out);
 
 // Marks of vertices: one that turns on its own, one whose rotation is given. Vertices with the same
 // number from 0 on turn as one.

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdlib>
 #include <new>
+#include <utility>
 #include <vector>
 
 #ifdef __linux__
@@ -32,7 +33,7 @@ struct HugePages {
             if (memory != nullptr) madvise(memory, bytes, MADV_HUGEPAGE);
         } else
 #endif
-            memory = std::malloc(bytes);
+            memory = std::malloc(bytes > 0 ? bytes : 1);
         if (memory == nullptr) throw std::bad_alloc();
         return static_cast<T*>(memory);
     }
@@ -50,5 +51,29 @@ struct HugePages {
 
 template <class T>
 using Array = std::vector<T, HugePages<T>>;
+
+// An array that starts unfilled, for what is written once from end to end.
+template <class T>
+class Unfilled {
+  public:
+    using value_type = T;
+
+    explicit Unfilled(size_t size = 0) : size_(size), data_(HugePages<T>().allocate(size)) {}
+    Unfilled(Unfilled&& other) noexcept
+        : size_(std::exchange(other.size_, 0)), data_(std::exchange(other.data_, nullptr)) {}
+    Unfilled& operator=(Unfilled&& other) noexcept {
+        std::swap(size_, other.size_);
+        std::swap(data_, other.data_);
+        return *this;
+    }
+    ~Unfilled() { HugePages<T>().deallocate(data_, size_); }
+
+    size_t size() const { return size_; }
+    T* data() { return data_; }
+
+  private:
+    size_t size_;
+    T* data_;
+};
 
 }  // namespace henkei

@@ -17,6 +17,7 @@ COMMANDS = {
     "info": "Say what meshes are, what is wrong with them, and which commands take them.",
     "features": "List the form features of a mesh: holes, rims, bosses, lines, planar pads.",
     "quad": "Make any triangle mesh into quads only, of the same topology.",
+    "design": "Design a smooth surface from a coarse cage, with constraints at every level.",
     "deform": "Bend a mesh by a recipe; its holes, lines and pads keep their shape.",
     "combine": "Combine two disks into one mesh that carries both surfaces exactly.",
     "register": "Register a mesh onto any other, or many scans into one connectivity.",
@@ -41,7 +42,7 @@ def program(arguments: Sequence[str] = ()) -> App:
     app = App(
         name="henkei",
         help="Change the form of surfaces: combine or register two meshes, put many into one "
-        "connectivity, morph between them, make them into quads.",
+        "connectivity, morph between them, make them into quads, design smooth ones from cages.",
         help_format="markdown",
         version=version,
         default_parameter=Parameter(negative=()),

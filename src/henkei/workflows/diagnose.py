@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from henkei.design.refinement import CAGE
 from henkei.errors import InvalidMesh
 from henkei.geometry import requirements
 from henkei.geometry.coincidence import coincident_vertices
@@ -207,7 +208,6 @@ def _labels(surface: Surface) -> tuple[Label, ...]:
 
 
 _Groups = Sequence[Sequence[requirements.Check]]
-_SHEET: _Groups = [[requirements.has_faces, requirements.finite]]
 _TURNABLE: _Groups = [
     *requirements.MEASURABLE_FACES,
     [requirements.manifold],
@@ -219,7 +219,7 @@ _METHODS: dict[str, tuple[_Groups, _Groups | None, bool]] = {
     "register": (requirements.SPHERE_WITH_HOLES, None, True),
     "quad": (_TURNABLE, None, True),
     "deform": (requirements.MEASURABLE_FACES, None, True),
-    "design": ([*_SHEET, *requirements.ORIENTED], None, False),
+    "design": (CAGE, None, True),
 }
 
 

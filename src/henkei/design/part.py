@@ -1,0 +1,163 @@
+"""A part of a surface on all of its levels, as levels of its own.
+
+Its numbering is its own; operators are those of the whole surface as far as vertices that may move
+are concerned. So what is computed costs as much as the part has vertices.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array, eye_array
+
+from henkei.design.levels import Level, Levels, Mask, compact, times
+from henkei.design.refinement import Connectivity
+from henkei.errors import InvalidInput, some
+from henkei.mesh import Floats
+from henkei.topology import Ints
+
+Faces = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PartialLevel(Level):
+    """A level that refines only some faces of the one before.
+
+    faces : those faces, ascending.
+    origin : the vertex of the level before that each of its old vertices was.
+    rim : (e,) which of its edges end the refined part inside the surface.
+    """
+
+    faces: Ints
+    origin: Ints
+    rim: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Pins(Level):
+    """Those hats of the cage that end within a part, as a level before the cage.
+
+    among : (m, m) their inner products.
+    """
+
+    among: csr_array
+
+    @property
+    def products(self) -> csr_array:  # type: ignore[override]
+        return self.among
+
+
+def parents(level: Level, coarse: Level) -> Ints:
+    """The face of the level before that each face of a level is in."""
+    faces = np.arange(coarse.connectivity.face_count)
+    if isinstance(level, PartialLevel):
+        faces = level.faces
+    found: Ints = np.repeat(faces, coarse.connectivity.sizes[faces] if level.quads else 4)
+    return found
+
+
+def whole(levels: Levels) -> int:
+    """The number of the finest level that refines all faces."""
+    return sum(not isinstance(level, PartialLevel) for level in levels) - 1
+
+
+class Part:
+    """Some faces of a level with all that is below and above them.
+
+    Parameters
+    ----------
+    levels : of the whole surface.
+    number : of the level the faces are on.
+
+    Attributes
+    ----------
+    vertices : of each level, those of faces that are in the part at least partly, ascending.
+    free : of each level (m,), whether one of these vertices may move without changing the surface
+        outside: all faces around it are in the part.
+    levels : what these faces are on, after a first level of :class:`Pins`; level k is number k + 1.
+    """
+
+    def __init__(self, levels: Levels, number: int, faces: NDArray[np.integer]) -> None:
+        inside, touched = _on_all_levels(levels, number, faces)
+        self.vertices: list[Ints] = []
+        self.free: list[Mask] = []
+        made: list[Level] = []
+        for level, whole, met in zip(levels, inside, touched, strict=True):
+            connectivity, vertices = level.connectivity.part(np.flatnonzero(met))
+            free = _free(level, whole)[vertices]
+            if level.prolongation is None:
+                between = compact(eye_array(len(vertices)).tocsc()[:, np.flatnonzero(free)])
+                pins = vertices[free > 0]
+                among = compact(level.products[pins][:, pins])
+                made.append(Pins(0, _without_faces(len(pins)), level.quads, among=among))
+            else:
+                between = compact(level.prolongation[vertices][:, self.vertices[-1]])
+            made.append(Level(level.number, connectivity, level.quads, between, free))
+            self.vertices.append(vertices)
+            self.free.append(free)
+        self.levels = Levels(made)
+
+    def moving(self, number: int) -> Ints:
+        """The vertices of a level that may move, by their numbers on the whole surface."""
+        return self.vertices[number][self.free[number] > 0]
+
+    def within(self) -> Floats:
+        """The integral (m,) of each hat of the cage's vertices over what may move."""
+        inner = times(self.levels[-1].products, self.free[-1][:, None] * 1.0)
+        for level in self.levels[:1:-1]:
+            inner = times(level.summed, inner)
+        found: Floats = inner[:, 0]
+        return found
+
+
+def checked_faces(levels: Levels, number: int, faces: Any) -> NDArray[np.integer]:
+    """Faces of a level, ascending.
+
+    Raises
+    ------
+    InvalidInput : none, or faces that the level does not have.
+    """
+    given = np.atleast_1d(np.asarray(faces))
+    if given.ndim != 1 or not given.size or given.dtype.kind not in "iu":
+        raise InvalidInput(f"faces of level {number} are a list of whole numbers, not {faces!r}")
+    count = levels[number].connectivity.face_count
+    bad = given[(given < 0) | (given >= count)]
+    if len(bad):
+        raise InvalidInput(f"level {number} has no faces {some(bad)}; it has 0 to {count - 1}")
+    return np.unique(given)
+
+
+def _on_all_levels(
+    levels: Levels, number: int, faces: NDArray[np.integer]
+) -> tuple[list[Faces], list[Faces]]:
+    """The faces (f,) of each level that are in a part as a whole, and those that are partly."""
+    chosen = np.zeros(levels[number].connectivity.face_count, dtype=bool)
+    chosen[faces] = True
+    inside, touched = [chosen], [chosen]
+    for k in range(number, 0, -1):
+        coarse = levels[k - 1]
+        parent, count = parents(levels[k], coarse), coarse.connectivity.face_count
+        children = np.bincount(parent, minlength=count)
+        within = np.bincount(parent[inside[0]], minlength=count)
+        inside.insert(0, (within == children) & (children > 0))
+        touched.insert(0, np.bincount(parent[touched[0]], minlength=count) > 0)
+    for k in range(number + 1, len(levels)):
+        inside.append(inside[-1][parents(levels[k], levels[k - 1])])
+        touched.append(inside[-1])
+    return inside, touched
+
+
+def _free(level: Level, inside: Faces) -> Mask:
+    """Which vertices (m,) have no face around them outside."""
+    connectivity = level.connectivity
+    free = np.ones(level.size, np.uint8) if level.free is None else level.free.copy()
+    free[connectivity.indices[np.repeat(~inside, connectivity.sizes)]] = 0
+    return free
+
+
+def _without_faces(count: int) -> Connectivity:
+    none = np.empty(0, np.int32)
+    return Connectivity(count, none, np.zeros(1, np.int64), none.reshape(0, 2), none)

@@ -1,0 +1,63 @@
+"""Figures that tell whether to trust a design."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from henkei._kernels import smoothed
+from henkei.design.attached import found_by_all
+from henkei.design.conflicts import Conflict
+from henkei.design.levels import Level
+from henkei.design.multilevel import Shape
+from henkei.design.system import System
+from henkei.mesh import Floats
+
+
+@dataclass(frozen=True)
+class DesignQuality:
+    """How good a design is. Lengths are fractions of the diagonal of the surface.
+
+    constraint_error : the most that a constraint is missed by, where it agrees with the others.
+    vertices : of each level.
+    constraints : how many there are of each level, but for pins of the cage.
+    redundant : rows of constraints that follow from others, and agree.
+    conflicts : constraints that can't be met together and were averaged, the worst first.
+    roughness : of each level: root mean square of what a vertex is off the mean of its neighbours.
+    """
+
+    constraint_error: float
+    vertices: tuple[int, ...]
+    constraints: tuple[int, ...]
+    redundant: int
+    conflicts: tuple[Conflict, ...]
+    roughness: tuple[float, ...]
+
+
+def measured(
+    system: System, cage: Floats, asked: Sequence[Floats], found: Sequence[Shape]
+) -> DesignQuality:
+    """The figures of shapes that were made of a cage for what is asked."""
+    levels = system.levels
+    diagonal = float(np.linalg.norm(np.ptp(found[-1].positions, axis=0))) or 1.0
+    depend = system.dependencies(cage, asked)
+    missed = system.missed(found_by_all(system, [s.positions for s in found]), cage, asked)
+    return DesignQuality(
+        max((float(np.linalg.norm(rows, axis=1).max()) for rows in missed), default=0.0) / diagonal,
+        tuple(level.size for level in levels),
+        tuple(len(system.of_level(level.number)) for level in levels),
+        depend.redundant,
+        depend.conflicts,
+        tuple(
+            _roughness(level, shape.positions) / diagonal
+            for level, shape in zip(levels, found, strict=True)
+        ),
+    )
+
+
+def _roughness(level: Level, positions: Floats) -> float:
+    means = np.empty_like(positions)
+    smoothed(*level.neighbours, positions, np.ones(3), None, means)
+    return float(np.sqrt(((means - positions) ** 2).sum(axis=1).mean()))
