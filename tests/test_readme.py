@@ -59,6 +59,14 @@ def test_python_that_makes_quads(tmp_path, monkeypatch, capsys):
     assert hk.load("quads.npz").quality.quads == quads
 
 
+def test_python_that_designs(tmp_path, monkeypatch, capsys):
+    vertices, error, conflicts = map(float, printed(4, tmp_path, monkeypatch, capsys))
+    assert len(hk.read("head.obj").vertices) == vertices == 26_626
+    assert error < 1e-9
+    assert conflicts == 0
+    assert "uv" in hk.read("head.obj").attributes.corner
+
+
 def printed(block, tmp_path, monkeypatch, capsys) -> list[str]:
     """The words that a block of Python prints, run in an empty folder."""
     monkeypatch.chdir(tmp_path)
@@ -77,7 +85,7 @@ def test_commands(tmp_path, monkeypatch, capsys):
     lines = "".join(blocks("sh")).splitlines()
     commands = [shlex.split(line, comments=True) for line in lines if line.startswith("henkei ")]
     assert {command[1] for command in commands} == {
-        *("info", "combine", "morph", "register", "stats", "features", "deform", "quad")
+        *("info", "combine", "morph", "register", "stats", "features", "deform", "quad", "design")
     }
     hk.write("panel.obj", grid(6, 4))
     Path("change.json").write_text(CHANGE)
@@ -95,6 +103,7 @@ def test_commands(tmp_path, monkeypatch, capsys):
     assert len(hk.load("stats/model.npz").scores) == 3
     assert hk.read("bent_0005.obj").vertices[:, 2].max() == 20
     assert hk.read("shells.inp").face_count == hk.read("quads.obj").face_count > 0
+    assert hk.read("smooth.obj").face_count == 4**4 * hk.read("head/cage.obj").face_count
 
 
 def ball(height: float) -> hk.Mesh:

@@ -391,3 +391,21 @@ def test_long_curves_on_vertices_stay_sparse():
     assert isinstance(line, Curve)
     assert line.rows.nnz == 401
     np.testing.assert_allclose(line.targets, loop.vertices[path], atol=1e-14)
+
+
+def test_what_a_curve_says_weakly_can_be_left_out():
+    """A path closely around a vertex: met exactly, its neighbours go far; cut off, they do not."""
+    turn = np.arange(4) * np.pi / 4
+    ring = np.stack([np.cos(turn), np.sin(turn), np.zeros(4)], axis=1)
+    fan = hk.Mesh(np.concatenate([np.zeros((1, 3)), ring]), [[0, 1, 2], [0, 2, 3], [0, 3, 4]])
+    path = [(0, [0.99, 0.01, 0])] + [(face, [0.99, 0, 0.01]) for face in range(3)]
+    target = np.array([[0, 0, 0], [0, 0, 0.1], [0, 0, -0.1], [0, 0, 0]], dtype=float)
+    level = [connectivity(fan)]
+    exact = curve(level, 0, path, target, "exact", fan.vertices)
+    loose = curve(level, 0, path, target, "loose", fan.vertices, cutoff=1e-2)
+    far = [np.abs(np.linalg.pinv(c.rows.toarray()) @ c.targets).max() for c in (exact, loose)]
+    assert far[0] > 5
+    assert far[1] < 0.2
+    for cutoff in (0, 1, np.nan, "1"):
+        with pytest.raises(InvalidInput, match="cutoff"):
+            curve(level, 0, path, target, "bad", fan.vertices, cutoff=cutoff)

@@ -16,6 +16,7 @@ from henkei.design.filters import INTERPOLATING
 from henkei.design.levels import Levels
 from henkei.design.literal import literal_surfaces
 from henkei.design.multilevel import powers
+from henkei.design.projection import duals
 from henkei.design.refinement import connectivity
 from henkei.errors import DegenerateFaces, InvalidInput, InvalidMesh, NotFinite, NotManifold
 from henkei.mesh import Mesh, PolygonMesh
@@ -385,3 +386,65 @@ def test_names_are_once():
     other = Designer(quad_cube(), 2).pin(1, 9, [0, 0, 0])
     with pytest.raises(InvalidInput, match="not a constraint"):
         designer.remove(other)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda d: setattr(d, "gamma", 1e100),
+        lambda d: setattr(d, "gamma", [1e308, 1e-308, 1]),
+        lambda d: setattr(d, "axis_gamma", (1e200, 1, 1)),
+        lambda d: setattr(d, "axis_smoothing", [True, [False, True], True]),
+        lambda d: setattr(d, "axis_smoothing", (1, 1, 0)),
+        lambda d: d.unpin([[1], [2, 3]]),
+        lambda d: d.remove(np.array([1, 2])),
+        lambda d: d.smooth_only(1, [[1], [2, 3]]),
+    ],
+)
+def test_odd_arguments_are_refused_and_change_nothing(change):
+    designer = constrained(Designer(quad_cube(), 2), seed=1)
+    before = designer.surface().vertices
+    with pytest.raises(InvalidInput):
+        change(designer)
+    np.testing.assert_array_equal(designer.surface().vertices, before)
+
+
+def test_settings_given_as_arrays_are_kept_as_they_were():
+    designer = Designer(quad_cube(), 2)
+    given = np.array([1.0, 2.0, 3.0])
+    designer.gamma = given
+    before = designer.surface().vertices
+    given[0] = 100
+    np.testing.assert_array_equal(designer.surface().vertices, before)
+    with pytest.raises(ValueError, match="read-only"):
+        designer.gamma[0] = 5
+
+
+@pytest.mark.parametrize("let_go", [[0], [0, 3], [0, 1, 2, 5, 6], range(7)])
+@pytest.mark.parametrize("first", [0, 1])
+def test_vertices_let_go_are_rows_left_out(let_go, first):
+    designer = Designer(quad_cube(), 2)
+    designer.unpin(let_go)
+    constrained(designer, seed=5, each=2, first=first)
+    system = designer._system
+    moved = system.moved_cage(designer.cage.vertices, [one.targets for one in designer.constraints])
+    target = Designer(PolygonMesh(moved, designer.cage.faces), 2)
+    target.unpin(let_go)
+    for one in designer.constraints:
+        target._system.add(one)
+    expected = by_matrices(target, powers(np.full(3, 2.0), 2), None)
+    if not designer.quality.conflicts:
+        for level, surface in enumerate(expected):
+            got = designer.surface(level).vertices
+            np.testing.assert_allclose(got, surface, rtol=0, atol=1e-8 * np.abs(surface).max())
+        assert designer.quality.constraint_error < 1e-9
+
+
+@pytest.mark.parametrize("row", [[0.3, 0, -0.3, 0], [2 / 3, 0, -1 / 3, -1 / 3], [1, -1, 0.3, 0.3]])
+@pytest.mark.parametrize("quads", [False, True])
+def test_duals_of_rows_that_a_few_steps_solve(row, quads):
+    level = Levels.of(connectivity(tetrahedron()), 0, quads)[0]
+    rows = csr_array(np.array([row]))
+    rows.indptr, rows.indices = rows.indptr.astype(np.int32), rows.indices.astype(np.int32)
+    expected = np.linalg.solve(level.products.toarray(), row)
+    np.testing.assert_allclose(duals(level, rows).toarray()[:, 0], expected, rtol=0, atol=1e-13)

@@ -215,6 +215,6 @@ def test_the_schema_knows_all_keys():
     kinds = [schema["$defs"][name]["properties"] for name in ("Pin", "Curve", "Derivative")]
     assert [set(kind) - {"name", "level", "to"} for kind in kinds] == [
         {"point", "move"},
-        {"path", "move"},
+        {"path", "move", "cutoff"},
         {"point", "direction"},
     ]

@@ -296,7 +296,8 @@ def designed() -> Designer:
     designer.pin(1, 9, flat.vertices[9] + 0.1, name="nose")
     designer.pin(2, (5, [0.25, 0.25, 0.5, 0]), [1 / 3, 0.1, 0.7])
     designer.curve(1, path, np.random.default_rng(1).normal(size=(5, 3)))
-    designer.curve(2, [0, (0, [0.5, 0.5, 0, 0])], [[0, 0, 0.1], [0, 0.1, 0]], name="edge")
+    ends = [0, (0, [0.5, 0.5, 0, 0])]
+    designer.curve(2, ends, [[0, 0, 0.1], [0, 0.1, 0]], name="edge", cutoff=0.03)
     designer.derivative(1, path[1], path[2], [0.1, 0.2, 0])
     designer.derivative(2, (9, [0.25] * 4), [0.5, -0.5, -0.5, 0.5], [0, 0, 0.3])
     return designer

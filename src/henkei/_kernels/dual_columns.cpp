@@ -140,6 +140,8 @@ class LocalSolver {
         for (size_t i = 0; i < vertex_.size(); ++i) {
             direction_[i] = scaled_[i] + kept * direction_[i];
         }
+        // Only rounding may be left, as when the last step ended at the solution: start again.
+        if (!(dot(residual_, direction_) > dot(residual_, scaled_) / 2)) direction_ = scaled_;
         for (size_t a = 0; a < row_.size(); ++a) {
             double sum = 0;
             for (size_t k = start_[a]; k < start_[a + 1]; ++k) {
@@ -148,7 +150,7 @@ class LocalSolver {
             change_[size_t(row_[a])] = sum;
         }
         curvature_ = dot(direction_, change_);
-        const double far = dot(residual_, scaled_) / curvature_;
+        const double far = dot(residual_, direction_) / curvature_;
         for (size_t i = 0; i < vertex_.size(); ++i) {
             solution_[i] += far * direction_[i];
             residual_[i] -= far * change_[i];

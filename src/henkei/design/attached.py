@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from scipy.sparse import csr_array, eye_array, hstack, vstack
 from henkei.design.conflicts import consistent
 from henkei.design.constraints import Constraint
 from henkei.design.levels import Levels, compact, times
-from henkei.design.part import Part
+from henkei.design.part import Part, PartialLevel
 from henkei.design.projection import Projection, Rows, Sparse, Stacked, Telescoped, duals
 from henkei.mesh import Floats
 from henkei.solve.factor import factor_spd
@@ -65,8 +64,10 @@ def found_by_all(system: System, positions: Sequence[Floats]) -> Floats:
         return found
     inner = inner_products(system.levels, positions)[-1]
     everything = system.pinned.all()
-    pins = inner[0] if everything else np.linalg.solve(system.levels[0].products.toarray(), inner[0])
-    parts = [pins if everything else pins[system.pinned]]
+    if system.by_products:
+        parts = [inner[0]]
+    else:
+        parts = [factor_spd(system.levels[0].products).solve(inner[0])[system.pinned]]
     for one in sorted(system.constraints, key=lambda one: one.level):
         if one.level == finest:
             parts.append(times(one.rows, positions[-1]))
@@ -117,23 +118,37 @@ class Attached:
         null = self.projection(number).nullspace
         if not null.shape[1]:
             return missing
-        follow = [block.follows.any(axis=1) for block in self.up_to(number)]
-        held, pins = ~np.concatenate(follow), slice(self._hats)
+        held, pins = self._held(number), slice(self._hats(number))
         pinned = self._part.levels[0].products
         met = missing.copy()
-        if self._hats:
+        if pins.stop:
             met[pins] = factor_spd(pinned).solve(missing[pins])
         met = yielding(null, held, met)
-        if self._hats:
+        if pins.stop:
             met[pins] = times(pinned, met[pins])
         return met
+
+    def _held(self, number: int) -> NDArray[np.bool_]:
+        """Which rows (s,) that act on a level only hold what is there."""
+        partial = isinstance(self._system.levels[number], PartialLevel)
+        return ~np.concatenate(
+            [
+                block.follows.any(axis=1) & (block.level == number or not partial)
+                for block in self.up_to(number)
+            ]
+        )
 
     def near(self, number: int) -> Floats:
         """What the rows (s,) that act on a level were divided by."""
         return np.concatenate([np.empty(0), *(block.near for block in self.up_to(number))])
 
     def missing(
-        self, number: int, cage: Floats, asked: Mapping[Constraint, Floats], found: Floats
+        self,
+        number: int,
+        cage: Floats,
+        asked: Mapping[Constraint, Floats],
+        found: Floats,
+        whole: bool = False,
     ) -> Floats:
         """What the rows (s, d) that act on a level, as their projection has them, shall find beside
         what they do.
@@ -143,6 +158,8 @@ class Attached:
         cage : (m, d) where the pins of the cage are.
         asked : targets (s, d) of constraints.
         found : as given by :meth:`found`.
+        whole : what is inside means nothing yet; else constraints that cannot be followed there
+            only hold.
         """
         if self._by_products:
             pins = times(self._system.levels[0].products, cage)
@@ -155,9 +172,15 @@ class Attached:
             if block.constraint is None:
                 parts.append((pins[block.places] - here) / block.near[:, None])
             else:
-                change = block.follows @ (asked[block.constraint] - here)
-                parts.append(change / block.near[:, None])
+                change = asked[block.constraint] - here
+                followed = change if whole else block.follows @ change
+                parts.append(followed / block.near[:, None])
         return np.concatenate(parts)
+
+    @property
+    def first(self) -> int:
+        """How many rows come before those that projections know as their own level's."""
+        return self._hats(0)
 
     def up_to(self, number: int) -> list[Block]:
         """The blocks that act on a level."""
@@ -204,10 +227,13 @@ class Attached:
     def _by_products(self) -> bool:
         return self._system.support is None and bool(self._system.pinned.all())
 
-    @cached_property
-    def _hats(self) -> int:
-        """How many hats of the cage end within the part, if these are its pins' rows."""
-        return int(self._part.free[0].sum()) if self._by_products else 0
+    def _hats(self, number: int) -> int:
+        """How many hats of the cage end within the part, if these are the first rows and do not
+        depend on each other on a level: where it refines all that is in the part."""
+        partial = isinstance(self._system.levels[number], PartialLevel)
+        if not self._by_products or (partial and number > self._part.number):
+            return 0
+        return int(self._part.free[0].sum())
 
     def _pins(self) -> list[Block]:
         system, vertices = self._system, self._part.vertices[0]
@@ -217,16 +243,19 @@ class Attached:
         if self._by_products:
             within = self._part.within() / cage.products.sum(axis=1)[vertices]
             free = self._part.free[0] > 0
+            rim = ~free & (within > 0)
             return [
                 self._pins_of(vertices[some], cage.products, one, moving, near)
-                for some, near in ((free, np.ones(free.sum())), (~free, within[~free]))
+                for some, near in ((free, np.ones(free.sum())), (rim, within[rim]))
             ]
         pinned = np.flatnonzero(system.pinned)
         if system.support is not None:
             reach = self._reaching(np.arange(len(pinned)))
             near = np.ones(len(reach))
             return [self._pins_of(reach, one[pinned], None, moving[pinned], near)]
-        dual = duals(cage, one[pinned]) if len(pinned) else compact(np.empty((cage.size, 0)))
+        if not len(pinned):
+            return []
+        dual = duals(cage, one[pinned])
         near = abs(dual[vertices]).max(axis=0).toarray() / _largest(dual)
         reach = np.flatnonzero(near >= FADED)
         return [self._pins_of(reach, one[pinned], dual, moving[pinned], near[reach])]
@@ -277,8 +306,8 @@ class Attached:
         return places[reaches]
 
     def _telescoped(self, number: int) -> Projection:
-        levels = self._part.levels
-        blocks = self.blocks[1:] if self._hats else self.blocks
+        levels, pinned = self._part.levels, self._hats(number) > 0
+        blocks = self.blocks[1:] if pinned else self.blocks
         matrices: list[Sparse | None] = [None]
         columns: list[Sparse | None] = [None]
         for k, vertices in enumerate(self._part.vertices[: number + 1]):
@@ -287,13 +316,28 @@ class Attached:
             dual = [b.dual[vertices] / b.near for b in here if b.dual is not None]
             matrices.append(compact(vstack(rows)) if rows else None)
             columns.append(compact(hstack(dual)) if dual else None)
-        rows_of_all = Rows(self._hats > 0, matrices)
+        rows_of_all = Rows(pinned, matrices)
         return Telescoped(levels, number + 1, rows_of_all, columns[: number + 1])
 
     def _stacked(self, number: int) -> Projection:
         vertices = self._part.vertices[number]
         rows = compact(self._system.stacked(number)[self.places(number)][:, vertices])
-        return Stacked(self._part.levels[number + 1], rows, None)
+        own = sum(len(block.places) for block in self.blocks if block.level == number)
+        here = compact(rows[rows.shape[0] - own :])
+        return Stacked(self._part.levels[number + 1], rows, here)
+
+
+def ways_to_yield(null: Floats, held: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Orthonormal sums of rows that are zero (s, n) in which held rows take part, and the others.
+
+    Parameters
+    ----------
+    null : (s, n) all of them.
+    held : (s,) rows that only hold what is there.
+    """
+    values, vectors = np.linalg.eigh(null[held].T @ null[held])
+    able = values > RULED_OUT**2
+    return null @ vectors[:, able], null @ vectors[:, ~able]
 
 
 def yielding(null: Floats, held: NDArray[np.bool_], missing: Floats) -> Floats:
@@ -301,13 +345,11 @@ def yielding(null: Floats, held: NDArray[np.bool_], missing: Floats) -> Floats:
 
     Parameters
     ----------
-    null : (s, n) sums of rows that are zero.
-    held : (s,) rows that only hold what is there.
+    null, held : as for :func:`ways_to_yield`.
     """
-    ways, lengths, sums = np.linalg.svd(null[held], full_matrices=False)
-    able = lengths > RULED_OUT
+    able, _ = ways_to_yield(null, held)
     met = missing.copy()
-    met[held] -= ways[:, able] / lengths[able] @ (sums[able] @ (null.T @ missing))
+    met[held] -= np.linalg.pinv(able[held].T) @ (able.T @ missing)
     return consistent(null, met)
 
 

@@ -136,5 +136,6 @@ def _within(pyramid: Pyramid, order: NDArray[np.int64], tolerance: float) -> Pyr
 
 def _errors(pyramid: Pyramid, shape: Floats) -> tuple[float, float]:
     finest = pyramid.approximations[-1]
-    distance = np.linalg.norm(shape - finest, axis=1) / np.linalg.norm(np.ptp(finest, axis=0))
+    diagonal = float(np.linalg.norm(np.ptp(finest, axis=0))) or 1.0
+    distance = np.linalg.norm(shape - finest, axis=1) / diagonal
     return float(np.sqrt(np.mean(distance**2))), float(distance.max())

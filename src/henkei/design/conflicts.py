@@ -77,7 +77,7 @@ def dependencies(names: Sequence[str], null: Floats, targets: Floats) -> Depende
     null : (s, n) orthonormal null vectors of the transposed rows.
     targets : (s, d) of the rows.
     """
-    tied = np.flatnonzero(np.abs(null).max(axis=1, initial=0) > TIED)
+    tied = np.flatnonzero((null * null).sum(axis=1) > TIED)
     basis, asked = null[tied], targets[tied]
     projector = basis @ basis.T  # the same for every basis; in blocks, one for each group
     group = connected_components(np.abs(projector) > TIED, directed=False)[1]

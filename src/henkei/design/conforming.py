@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -104,9 +105,9 @@ class Conforming:
         last = of_levels[len(self._shown) - 1]
         of_levels = of_levels[: len(self._shown)]
         return Attributes(
-            vertex={n: self.at_vertices([a.vertex.get(n) for a in of_levels]) for n in last.vertex},
-            corner={n: self._corner([a.corner.get(n) for a in of_levels]) for n in last.corner},
-            face={n: self._face([a.face.get(n) for a in of_levels]) for n in last.face},
+            vertex={n: self.at_vertices([a.vertex[n] for a in of_levels]) for n in last.vertex},
+            corner={n: self._corner([a.corner[n] for a in of_levels]) for n in last.corner},
+            face={n: self._face([a.face[n] for a in of_levels]) for n in last.face},
         )
 
     def _numbers(self, level: Level) -> Ints:
@@ -145,7 +146,7 @@ class Conforming:
 def _shown(levels: Levels, number: int) -> list[NDArray[np.bool_]]:
     """Which faces of each level are on the surface of a level, none being refined there."""
     found = []
-    for level, finer in zip(levels[:number], levels[1 : number + 1], strict=True):
+    for level, finer in pairwise(levels[: number + 1]):
         refined = np.ones(level.connectivity.face_count, dtype=bool)
         if isinstance(finer, PartialLevel):
             refined = np.isin(np.arange(len(refined)), finer.faces)
@@ -161,7 +162,8 @@ def _cut_edges(level: PartialLevel, numbers: Ints) -> NDArray[np.int64]:
 
 
 def _key(a: NDArray[Any], b: NDArray[Any], count: int) -> NDArray[np.int64]:
-    return np.minimum(a, b).astype(np.int64) * count + np.maximum(a, b)
+    key: NDArray[np.int64] = np.minimum(a, b).astype(np.int64) * count + np.maximum(a, b)
+    return key
 
 
 def _next(offsets: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
 from henkei.design.paths import (
+    EXACT,
     NEGLIGIBLE,
     Place,
     Point,
@@ -31,7 +32,7 @@ from henkei.design.paths import (
 )
 from henkei.design.refinement import Connectivity
 from henkei.errors import InvalidInput
-from henkei.geometry.arguments import numbers
+from henkei.geometry.arguments import is_number, numbers
 from henkei.mesh import Floats
 from henkei.solve.factor import factor_spd
 
@@ -166,7 +167,10 @@ class Curve(Constraint):
         and the target is linear between them; otherwise both have the same parameter by arc length.
     """
 
-    def __init__(self, site: Site, points: list[Point], flat: Floats, target: ArrayLike) -> None:
+    def __init__(
+        self, site: Site, points: list[Point], flat: Floats, target: ArrayLike, cutoff: float
+    ) -> None:
+        self._cutoff = cutoff
         self._path = tuple(point.place for point in points)
         values = hat_values(points, site.connectivity.vertex_count)
         steps = values[1:] - values[:-1]
@@ -174,10 +178,15 @@ class Curve(Constraint):
         self._closed = bool(abs(values[[0]] - values[[-1]]).max() <= NEGLIGIBLE)
         self._parameter = arc_lengths(values @ flat)
         modes = segment_modes(values, self._lengths)
-        rows = spanning_rows(values, modes)
+        rows = spanning_rows(values, modes, cutoff)
         self._modes = csr_array(modes @ rows.T)
         self._factor = factor_spd(products(self._modes))
         super().__init__(site, rows, target)
+
+    @property
+    def cutoff(self) -> float:
+        """Part of the largest eigenvalue up to which others are left out."""
+        return self._cutoff
 
     @property
     def path(self) -> tuple[Place, ...]:
@@ -254,6 +263,7 @@ def curve(
     target: ArrayLike,
     name: str,
     flat: Floats,
+    cutoff: float = EXACT,
 ) -> Curve:
     """Lay a path on a level along a target curve (eq. 13).
 
@@ -263,6 +273,8 @@ def curve(
         closed if the last is the first.
     target : (t, 3), see :class:`Curve`.
     flat : (m, 3) positions of the level's vertices by which arc length is measured.
+    cutoff : below 1; what the path says so weakly is not asked for, see
+        :meth:`henkei.Designer.curve`.
 
     Raises
     ------
@@ -270,7 +282,9 @@ def curve(
         is empty, leaves a face other than through a point, or stays where it is.
     """
     site = _site(levels, level, name)
-    return Curve(site, checked_path(path, site), flat, target)
+    if not (is_number(cutoff) and 0 < cutoff < 1):
+        raise InvalidInput(f"{name!r}: cutoff must be between 0 and 1, not {cutoff!r}")
+    return Curve(site, checked_path(path, site), flat, target, max(float(cutoff), EXACT))
 
 
 def derivative(

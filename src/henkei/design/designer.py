@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, cast
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from henkei.design import constraints as made
@@ -18,15 +17,11 @@ from henkei.design.constraints import Constraint, Curve, Derivative, Pin
 from henkei.design.drag import Drag
 from henkei.design.levels import Levels
 from henkei.design.live import Live
-from henkei.design.local_refinement import (
-    faces_around,
-    faces_near_constraints,
-    refine,
-    vertex_of,
-)
+from henkei.design.local_edits import LocalEdits
+from henkei.design.local_refinement import require_free
 from henkei.design.meshes import Meshes
+from henkei.design.paths import EXACT
 from henkei.design.quality import DesignQuality, measured
-from henkei.design.part import checked_faces
 from henkei.design.refinement import connectivity
 from henkei.design.settings import (
     MOST_LEVELS,
@@ -38,16 +33,18 @@ from henkei.design.settings import (
     checked_axis_smoothing,
     checked_count,
     checked_gamma,
+    checked_indices,
     checked_refinement,
+    checked_support,
 )
 from henkei.design.system import System
-from henkei.errors import InvalidInput, some
+from henkei.errors import InvalidInput
 from henkei.interchange import surface_from
 from henkei.mesh import Floats, Mesh, PolygonMesh, Surface
 from henkei.progress import Progress, silent
 
 
-class Designer:
+class Designer(LocalEdits):
     """A smooth surface that starts from a cage and meets constraints of all levels at once.
 
     Level 0 is the cage; each level refines the one before. Constraints of coarse levels give the
@@ -102,18 +99,11 @@ class Designer:
         base = connectivity(self._cage)
         quads = checked_refinement(refinement, bool((base.sizes == 3).all()))
         settings = Settings(checked_gamma(gamma, count), checked_count(steps, "steps", MOST_STEPS))
-        if support is not None and interpolating:
-            raise InvalidInput("interpolating takes no wavelets; leave support=None")
-        rings = None if support is None else checked_count(support, "support")
+        wavelets = checked_support(support, interpolating)
         self._levels = Levels.of(base, count, quads, progress)
-        self._system = System(self._levels, "interpolating" if interpolating else rings)
+        self._system = System(self._levels, wavelets)
         self._meshes = Meshes(self._cage, self._levels)
         self._live = Live(self._system, self._cage.vertices, settings)
-
-    @property
-    def levels(self) -> int:
-        """The number of the finest level."""
-        return len(self._levels) - 1
 
     @property
     def cage(self) -> Surface:
@@ -159,7 +149,13 @@ class Designer:
         return one
 
     def curve(
-        self, level: int, path: Sequence[Any], target: ArrayLike, *, name: str | None = None
+        self,
+        level: int,
+        path: Sequence[Any],
+        target: ArrayLike,
+        *,
+        name: str | None = None,
+        cutoff: float = EXACT,
     ) -> Curve:
         """Let a curve on the surface of a level run along another one, by least squares (eq. 13).
 
@@ -169,6 +165,10 @@ class Designer:
             the last is the first, the curve is closed.
         target : (t, 3) points. As many as the path has: each belongs to its point; else both curves
             are followed by arc length.
+        cutoff : eigenvalues of eq. 13 up to this part of the largest are left out. A path along
+            edges has none that are small. One that runs freely through faces passes near vertices,
+            and says almost nothing of the vertex across: met exactly it answers with spikes, with
+            1e-2 the curve is missed by some percent of its move, and smooth.
 
         Raises
         ------
@@ -182,6 +182,7 @@ class Designer:
             target,
             self._name(name, "curve"),
             self._meshes.flat(level),
+            cutoff,
         )
         self._add(one)
         return one
@@ -241,13 +242,8 @@ class Designer:
         InvalidInput : a vertex that the cage does not have.
         """
         count = self._levels[0].size
-        given = np.arange(count) if vertices is None else np.atleast_1d(np.asarray(vertices))
-        if given.dtype.kind not in "iu" or given.ndim != 1:
-            raise InvalidInput(f"vertices of the cage are whole numbers, not {vertices!r}")
-        bad = given[(given < 0) | (given >= count)]
-        if len(bad):
-            raise InvalidInput(f"the cage has no vertices {some(bad)}; it has 0 to {count - 1}")
-        self._system.unpin(given)
+        given = range(count) if vertices is None else vertices
+        self._system.unpin(checked_indices(given, count, "vertices", "the cage"))
         self._live.changed(0)
 
     @property
@@ -290,49 +286,6 @@ class Designer:
     @steps.setter
     def steps(self, steps: int) -> None:
         self._set(0, steps=checked_count(steps, "steps", MOST_STEPS))
-
-    def smooth_only(self, level: int | None = None, faces: ArrayLike | None = None) -> None:
-        """From now on, let edits change the surface on some faces of a level only.
-
-        Everything outside stays as it is, to the bit, until ``smooth_only()`` lets the whole
-        surface follow again. An edit costs as much as these faces have vertices.
-        :attr:`left_alone` are the constraints that cannot be followed there.
-
-        Raises
-        ------
-        InvalidInput : faces that the level does not have, or too few to have anything inside.
-        """
-        if level is None:
-            return self._live.release()
-        number = self._require_level(level)
-        self._live.hold(number, checked_faces(self._levels, number, faces))
-
-    @property
-    def left_alone(self) -> list[Constraint]:
-        """Constraints that ask for something else since :meth:`smooth_only`, but not inside."""
-        return [] if self._live.region is None else self._live.region.left_alone
-
-    def refine(self, faces: ArrayLike) -> int:
-        """Add a level that refines only some faces of the finest one, and return its number.
-
-        Its vertices and faces have numbers of their own: see :meth:`vertex_of`. Those on its rim,
-        next to faces that stay as they are, stay where the coarser level has them.
-        """
-        return refine(self._live, checked_faces(self._levels, self.levels, faces))
-
-    def refine_near_constraints(self, rings: int = 2) -> int:
-        """As :meth:`refine`, for the faces in rings around constraints of the finest level."""
-        count = checked_count(rings, "rings")
-        return refine(self._live, faces_near_constraints(self._system, count))
-
-    def vertex_of(self, level: int, vertex: int) -> int:
-        """The number at a level of a vertex of :meth:`surface`, at any level."""
-        return vertex_of(self._meshes, self._require_level(level), vertex)
-
-    def faces_around(self, level: int, vertices: ArrayLike, rings: int = 1) -> Any:
-        """The faces of a level in rings around vertices of it."""
-        faces = self._levels[self._require_level(level)].connectivity
-        return faces_around(faces, vertices, checked_count(rings, "rings"))
 
     def solve(self, progress: Progress = silent) -> Mesh | PolygonMesh:
         """The surface of the finest level."""
@@ -380,6 +333,7 @@ class Designer:
         return [level.connectivity for level in self._levels]
 
     def _add(self, constraint: Constraint) -> None:
+        require_free(self._levels, constraint)
         self._system.add(constraint)
         self._live.changed(self._system.first_level(constraint))
 
@@ -399,12 +353,5 @@ class Designer:
         return name
 
     def _require_own(self, constraint: Constraint) -> None:
-        if constraint not in self._system.constraints:
+        if not any(one is constraint for one in self._system.constraints):
             raise InvalidInput(f"{constraint!r} is not a constraint of this designer")
-
-    def _require_level(self, level: int) -> int:
-        if not isinstance(level, int | np.integer) or isinstance(level, bool):
-            raise InvalidInput(f"level must be a whole number, not {level!r}")
-        if not 0 <= level <= self.levels:
-            raise InvalidInput(f"there is no level {level}; levels are 0 to {self.levels}")
-        return int(level)

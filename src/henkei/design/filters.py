@@ -8,6 +8,7 @@ topological type (1997).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from henkei.design.refinement import Connectivity, prolongation
 from henkei.mesh import Floats
 
 INTERPOLATING = -1  # as support: empty, so that analysis leaves old vertices where they are
+Support = int | None | Literal["interpolating"]
 BLOCK = 2**22  # entries of local systems solved at once
 
 Matrix = csr_array
@@ -85,7 +87,10 @@ def lifting(products: Matrix, mixed: Matrix, middles: Matrix, rings: int) -> Mat
         return csr_array(mixed.shape)
     support = middles.copy()
     for _ in range(rings):
+        reached = support.nnz
         support = csr_array(support @ products)
+        if support.nnz == reached:  # it is everywhere
+            break
     support.sort_indices()
     values = np.empty(support.nnz)
     sizes = np.diff(support.indptr)

@@ -53,6 +53,13 @@ class Live:
         now, smoothing = self.shapes(), self.settings.smoothing
         self.region = Region(self.system, self.cage, now, level, faces, self.share, smoothing)
 
+    def take(self, shapes: list[Shape], faces: NDArray[np.integer], kept: bool) -> None:
+        """Start from shapes (see :class:`Region`) of which some faces of the cage may change."""
+        share, smoothing = self.share, self.settings.smoothing
+        self.region = Region(self.system, self.cage, shapes, 0, faces, share, smoothing, kept)
+        self._shapes = shapes if kept else []
+        self._targets = {one: one.targets for one in self.system.constraints}
+
     def release(self) -> None:
         """Let the whole surface change again."""
         self.region = None

@@ -22,6 +22,8 @@ from henkei.design.smoothing import Filter, changed
 from henkei.mesh import Floats
 from henkei.progress import Progress, silent
 
+ROUNDING = 1e-13  # of what rows find
+
 
 def shares(weights: Floats) -> Floats:
     """w (K + 1, d) of weights kappa (K + 1, d): each as a part of those up to it (eq. 20, 32)."""
@@ -77,6 +79,8 @@ def shapes(
             so_far = times(level.prolongation, made[-1].positions)
             found = np.concatenate([made[-1].found, projection.here(so_far)])
         start, missing = share[number] * so_far, targets[number] - found
+        if level.free is not None:  # rows may reach in by so little that rounding is much
+            missing[abs(missing) <= ROUNDING * abs(targets[number]).max(initial=0)] = 0
         change = changed(level, start, missing, projection, smoothing)
         made.append(Shape(so_far + change, found + projection.measure(change)))
     return made

@@ -15,7 +15,8 @@ from scipy.sparse import csr_array, eye_array
 
 from henkei.design.levels import Level, Levels, Mask, compact, times
 from henkei.design.refinement import Connectivity
-from henkei.errors import InvalidInput, some
+from henkei.design.settings import checked_indices
+from henkei.errors import InvalidInput
 from henkei.mesh import Floats
 from henkei.topology import Ints
 
@@ -46,13 +47,13 @@ class Pins(Level):
     among: csr_array
 
     @property
-    def products(self) -> csr_array:  # type: ignore[override]
+    def products(self) -> csr_array:
         return self.among
 
 
 def parents(level: Level, coarse: Level) -> Ints:
     """The face of the level before that each face of a level is in."""
-    faces = np.arange(coarse.connectivity.face_count)
+    faces: Ints = np.arange(coarse.connectivity.face_count, dtype=np.int32)
     if isinstance(level, PartialLevel):
         faces = level.faces
     found: Ints = np.repeat(faces, coarse.connectivity.sizes[faces] if level.quads else 4)
@@ -75,19 +76,23 @@ class Part:
     Attributes
     ----------
     vertices : of each level, those of faces that are in the part at least partly, ascending.
-    free : of each level (m,), whether one of these vertices may move without changing the surface
+    loose : of each level (m,), whether one of these vertices may move without changing the surface
         outside: all faces around it are in the part.
+    free : the same, but for those that follow the level before (see :class:`Level`).
     levels : what these faces are on, after a first level of :class:`Pins`; level k is number k + 1.
     """
 
     def __init__(self, levels: Levels, number: int, faces: NDArray[np.integer]) -> None:
+        self.number = number
         inside, touched = _on_all_levels(levels, number, faces)
         self.vertices: list[Ints] = []
+        self.loose: list[Mask] = []
         self.free: list[Mask] = []
         made: list[Level] = []
         for level, whole, met in zip(levels, inside, touched, strict=True):
             connectivity, vertices = level.connectivity.part(np.flatnonzero(met))
-            free = _free(level, whole)[vertices]
+            loose = _within(level.connectivity, whole)[vertices]
+            free = loose if level.free is None else loose & level.free[vertices]
             if level.prolongation is None:
                 between = compact(eye_array(len(vertices)).tocsc()[:, np.flatnonzero(free)])
                 pins = vertices[free > 0]
@@ -97,6 +102,7 @@ class Part:
                 between = compact(level.prolongation[vertices][:, self.vertices[-1]])
             made.append(Level(level.number, connectivity, level.quads, between, free))
             self.vertices.append(vertices)
+            self.loose.append(loose)
             self.free.append(free)
         self.levels = Levels(made)
 
@@ -104,13 +110,19 @@ class Part:
         """The vertices of a level that may move, by their numbers on the whole surface."""
         return self.vertices[number][self.free[number] > 0]
 
+    def inside(self, number: int) -> Ints:
+        """The vertices of a level that may be elsewhere, by their numbers on the whole surface."""
+        return self.vertices[number][self.loose[number] > 0]
+
     def within(self) -> Floats:
-        """The integral (m,) of each hat of the cage's vertices over what may move."""
-        inner = times(self.levels[-1].products, self.free[-1][:, None] * 1.0)
-        for level in self.levels[:1:-1]:
-            inner = times(level.summed, inner)
-        found: Floats = inner[:, 0]
-        return found
+        """The integral (m,) of each hat of the cage over what may move, on the level with most."""
+        most = np.zeros(len(self.vertices[0]))
+        for number, free in enumerate(self.free):
+            inner = times(self.levels[number + 1].products, free[:, None].astype(np.float64))
+            for level in self.levels[number + 1 : 1 : -1]:
+                inner = times(level.summed, inner)
+            most = np.maximum(most, inner[:, 0])
+        return most
 
 
 def checked_faces(levels: Levels, number: int, faces: Any) -> NDArray[np.integer]:
@@ -120,14 +132,11 @@ def checked_faces(levels: Levels, number: int, faces: Any) -> NDArray[np.integer
     ------
     InvalidInput : none, or faces that the level does not have.
     """
-    given = np.atleast_1d(np.asarray(faces))
-    if given.ndim != 1 or not given.size or given.dtype.kind not in "iu":
-        raise InvalidInput(f"faces of level {number} are a list of whole numbers, not {faces!r}")
     count = levels[number].connectivity.face_count
-    bad = given[(given < 0) | (given >= count)]
-    if len(bad):
-        raise InvalidInput(f"level {number} has no faces {some(bad)}; it has 0 to {count - 1}")
-    return np.unique(given)
+    given = checked_indices(faces, count, "faces", f"level {number}")
+    if not len(given):
+        raise InvalidInput(f"faces of level {number} are a list of whole numbers, not an empty one")
+    return given
 
 
 def _on_all_levels(
@@ -150,12 +159,11 @@ def _on_all_levels(
     return inside, touched
 
 
-def _free(level: Level, inside: Faces) -> Mask:
+def _within(connectivity: Connectivity, inside: Faces) -> Mask:
     """Which vertices (m,) have no face around them outside."""
-    connectivity = level.connectivity
-    free = np.ones(level.size, np.uint8) if level.free is None else level.free.copy()
-    free[connectivity.indices[np.repeat(~inside, connectivity.sizes)]] = 0
-    return free
+    within = np.ones(connectivity.vertex_count, np.uint8)
+    within[connectivity.indices[np.repeat(~inside, connectivity.sizes)]] = 0
+    return within
 
 
 def _without_faces(count: int) -> Connectivity:

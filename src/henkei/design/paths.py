@@ -24,7 +24,7 @@ from henkei.topology import Ints
 
 ROUNDING = 4e-16  # of a sum of weights, by their number
 NEGLIGIBLE = 1e-9  # a barycentric weight up to this is rounding
-RANK = 1e-9  # an eigenvalue of a curve's matrix (eq. 13) up to this part of the largest is zero
+EXACT = 1e-9  # an eigenvalue of a curve's matrix (eq. 13) up to this part of the largest is zero
 FREE = 1e-12  # an entry of what a curve leaves free up to this is rounding
 
 Place = int | tuple[int, tuple[float, ...]]
@@ -215,12 +215,13 @@ def target_modes(lengths: Floats, breaks: Floats, positions: Floats) -> Floats:
     return np.concatenate([scale * means, np.sqrt(12) * scale * slopes])
 
 
-def spanning_rows(values: csr_array, modes: csr_array) -> csr_array:
+def spanning_rows(values: csr_array, modes: csr_array, cutoff: float = EXACT) -> csr_array:
     """Orthonormal rows (s, m) that span the range of M = modes' modes, a curve's matrix (eq. 13).
 
-    They are orthogonal to the eigenvectors of all eigenvalues that count as zero, and each is as
-    local as these leave it: a vertex without part in them is a row of its own. So are all vertices
-    if each is one of the points, whose hat ``values`` (k, m) are given.
+    They are orthogonal to the eigenvectors of all eigenvalues that count as zero, those up to
+    ``cutoff`` by the largest, and each is as local as these leave it: a vertex without part in them
+    is a row of its own. So are all vertices if each is one of the points, whose hat ``values``
+    (k, m) are given.
     """
     touched = np.unique(values.indices)
     held = np.unique(values[np.diff(values.indptr) == 1].indices)
@@ -229,7 +230,7 @@ def spanning_rows(values: csr_array, modes: csr_array) -> csr_array:
         return csr_array(entries, shape=(len(held), values.shape[1]))
     dense = modes.tocsc()[:, touched].toarray()
     _, singular, vectors = np.linalg.svd(dense, full_matrices=len(dense) < len(touched))
-    rank = int((singular > np.sqrt(RANK) * singular[0]).sum())
+    rank = int((singular > np.sqrt(cutoff) * singular[0]).sum())
     null = vectors[rank:].T
     projector = null @ null.T
     part = connected_components(np.abs(projector) > FREE, directed=False)[1]

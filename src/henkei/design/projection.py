@@ -8,11 +8,13 @@ costs as much as the vertices it runs over.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import block_diag, csc_array, csr_array, diags_array
 from scipy.sparse.csgraph import connected_components
 
@@ -21,7 +23,9 @@ from henkei.design.levels import Level, Levels, add_times, compact, times
 from henkei.mesh import Floats
 from henkei.solve.factor import factor_spd
 
-DEPENDENT = 1e-10  # an eigenvalue of the scaled rows' products, by the largest: a dependency
+DEPENDENT = 1e-14  # an eigenvalue of products of rows of length 1, by their number: rounding
+FEW = 10
+NOTHING = 1e-10  # length of a row, by the longest: rounding
 
 Sparse = csr_array
 
@@ -46,13 +50,15 @@ class Projection(Protocol):
 class Rows:
     """Constraint rows of all levels.
 
-    pinned : whether all vertices of the cage are pinned; these come before all other rows, and
-        level 0 has no others.
+    pinned : whether the vertices of the cage are pinned, all but few; these come before all other
+        rows, one for each vertex.
     matrices : (s, m) of each level; None where there are none.
+    let_go : vertices of the cage that are not pinned; what their rows say does not count.
     """
 
     pinned: bool
     matrices: list[Sparse | None]
+    let_go: NDArray[np.integer] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     def count(self, level: int) -> int:
         """How many rows there are up to a level, but for the pins of the whole cage."""
@@ -79,6 +85,29 @@ def applied(rows: Sparse | None, positions: Floats) -> Floats:
     return np.empty((0, positions.shape[1])) if rows is None else times(rows, positions)
 
 
+class Held:
+    """Solves for factors of the pinned cage's rows, so that they find what they shall on a level.
+
+    What is found for a vertex that was let go may be anything, a sum of the columns W of I(0) that
+    belong to such vertices; in return the factors have no product with W.
+    """
+
+    def __init__(self, levels: Levels, number: int, let_go: NDArray[np.integer]) -> None:
+        self._factor = factor_spd(levels.squares(0, number))
+        self._any = bool(len(let_go))
+        if self._any:
+            self._loose = levels[0].products[:, let_go].toarray()
+            self._answer = self._factor.solve(self._loose)
+            self._among = cho_factor(self._loose.T @ self._answer)
+
+    def solve(self, found: Floats) -> Floats:
+        """Factors (m, d) for what is to be found (m, d)."""
+        factors = self._factor.solve_unchecked(np.ascontiguousarray(found))
+        if self._any:
+            factors -= self._answer @ cho_solve(self._among, self._loose.T @ factors)
+        return factors
+
+
 class Telescoped:
     """Constraints through wavelets with full support.
 
@@ -103,11 +132,13 @@ class Telescoped:
         self._slots = [slice(*pair) for pair in pairwise(bounds.tolist())]
         self._pins, self._others = self._slots[0], slice(counts[0], bounds[-1])
         self._size = int(bounds[-1])
-        self._factor = factor_spd(levels.squares(0, number)) if rows.pinned else None
+        self._kept = np.ones(self._pins.stop, dtype=bool)
+        self._kept[rows.let_go] = False
+        self._held = Held(levels, number, rows.let_go) if rows.pinned else None
         self._cross, products = self._products()
-        lengths = np.sqrt(np.diag(products))
-        if self._factor is not None and products.size:
-            self._response = self._factor.solve(self._cross)
+        lengths = np.sqrt(np.maximum(np.diag(products), 0))
+        if self._held is not None and products.size:
+            self._response = self._held.solve(self._cross)
             products = products - self._cross.T @ self._response
         self._inverse, null = pseudo_inverse(products, lengths)
         self.nullspace = self._of_all_rows(null)
@@ -118,7 +149,7 @@ class Telescoped:
             found[self._slots[-1]] = times(self._here, change)
         if self._lowest < self._number:
             self._test(times(self._level.restriction, change), found)
-        elif self._factor is not None:
+        elif self._held is not None:
             found[self._pins] = times(self._level.products, change)
         return found
 
@@ -133,16 +164,16 @@ class Telescoped:
                 found[slots[number]] = times(self._tests[number], inner)
             if number > self._lowest:
                 inner = times(self._levels[number].summed, inner)
-        if self._factor is not None:
+        if self._held is not None:
             found[self._pins] = inner
 
     def correct(self, change: Floats, missing: Floats) -> None:
         rest = missing - self.measure(change)
-        if self._factor is not None:
-            pinned = self._factor.solve_unchecked(np.ascontiguousarray(rest[self._pins]))
+        if self._held is not None:
+            pinned = self._held.solve(rest[self._pins])
             rest[self._others] -= self._cross.T @ pinned
         rest[self._others] = self._inverse @ rest[self._others]
-        if self._factor is not None:
+        if self._held is not None:
             rest[self._pins] = pinned
             if self._cross.size:
                 rest[self._pins] -= self._response @ rest[self._others]
@@ -153,10 +184,10 @@ class Telescoped:
         if self._here_transposed is not None:
             add_times(self._here_transposed, factors[self._slots[-1]], change)
         if self._lowest == self._number:
-            if self._factor is not None:
+            if self._held is not None:
                 add_times(self._level.products, factors[self._pins], change)
             return
-        pinned = self._factor is not None
+        pinned = self._held is not None
         hats = (
             factors[self._pins]
             if pinned
@@ -174,13 +205,16 @@ class Telescoped:
         """Products of other rows with those of the pinned cage, and among themselves."""
         first = self._others.start
         cross = np.zeros((first, self._size - first))
-        products = np.zeros((self._size, self._size))
-        slots = dict(zip(self._duals, self._slots[1:], strict=False))
+        products = np.zeros((self._size - first, self._size - first))
+        others = [slice(slot.start - first, slot.stop - first) for slot in self._slots[1:]]
+        slots = dict(zip(self._duals, others, strict=False))
         if self._here_transposed is not None:
             assert self._here is not None
-            here = self._slots[-1]
+            here = others[-1]
             products[here, here] = (self._here @ self._here_transposed).toarray()
             slots[self._number] = here
+            if self._held is not None and self._number == 0:
+                cross[:, here] = (self._level.products @ self._here_transposed).toarray()
         for level, slot in slots.items() if self._lowest < self._number else ():
             if level == self._number:
                 inner, level = self._level.restriction @ self._here_transposed, level - 1
@@ -193,19 +227,17 @@ class Telescoped:
                     products[slot, slots[number]] = found.T
                 if number > self._lowest:
                     inner = self._levels[number].summed @ inner
-            if self._factor is not None:
-                cross[:, slot.start - first : slot.stop - first] = inner.toarray()
-        return cross, products[self._others, self._others]
+            if self._held is not None:
+                cross[:, slot] = inner.toarray()
+        return cross, products
 
     def _of_all_rows(self, null: Floats) -> Floats:
         """Sums of other rows that are sums of the pinned cage's, by factors for all rows as they
         were given."""
-        if self._factor is None or not null.size:
-            return np.linalg.qr(np.concatenate([np.zeros((self._pins.stop, null.shape[1])), null]))[
-                0
-            ]
-        pinned = self._levels[0].products @ (self._response @ null)
-        return np.linalg.qr(np.concatenate([-pinned, null]))[0]
+        pinned = np.zeros((self._pins.stop, null.shape[1]))
+        if self._held is not None and null.size:
+            pinned = -self._levels[0].products @ (self._response @ null)
+        return np.linalg.qr(np.concatenate([pinned[self._kept], null]))[0]
 
 
 class Stacked:
@@ -259,8 +291,9 @@ def pseudo_inverse(products: Floats, lengths: Floats) -> tuple[Floats, Floats]:
     Rows are first scaled by their lengths, so that fine ones are not taken for rounding beside
     coarse ones. It serves for right sides without a part in the nullspace.
     """
-    scale = np.divide(1, lengths, out=np.ones_like(lengths), where=lengths > 0)
+    some = lengths > NOTHING * lengths.max(initial=0)  # the others are zero but for rounding
+    scale = np.divide(1, lengths, out=np.ones_like(lengths), where=some)
     values, vectors = np.linalg.eigh(scale[:, None] * products * scale)
-    kept = values > DEPENDENT
+    kept = values > DEPENDENT * max(FEW, len(values))
     solid = scale[:, None] * vectors[:, kept]
     return (solid / values[kept]) @ solid.T, scale[:, None] * vectors[:, ~kept]

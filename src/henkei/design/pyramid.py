@@ -14,13 +14,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from henkei.design.filters import Support
 from henkei.design.levels import Levels, times
 from henkei.design.refinement import LOST, Connectivity, carried, connectivity, counts
-from henkei.design.settings import Refinement, checked_count, checked_refinement
+from henkei.design.settings import (
+    Refinement,
+    checked_count,
+    checked_positions,
+    checked_refinement,
+    checked_scale,
+    checked_support,
+)
 from henkei.design.subdivision_connectivity import unrefined
-from henkei.design.wavelets import Support, Wavelets
+from henkei.design.wavelets import Wavelets
 from henkei.errors import InvalidInput, some
-from henkei.geometry.arguments import is_number, numbers
 from henkei.interchange import surface_from
 from henkei.mesh import Attributes, Floats, Mesh, PolygonMesh, Surface, Values, simplest
 from henkei.progress import Progress, part, silent
@@ -79,7 +86,7 @@ class Pyramid:
         InvalidInput : a setting that can't be.
         NotFinite, DegenerateFaces, NotManifold, NotOriented, InvalidMesh : of the surface.
         """
-        filters = _checked_support(support, interpolating)
+        filters = checked_support(support, interpolating)
         given = surface_from(surface)
         progress("finding levels", 0.0)
         found = unrefined(given, levels)
@@ -114,11 +121,11 @@ class Pyramid:
         InvalidInput : as many vertices as no level has, or positions that are no numbers.
         NotFinite, DegenerateFaces, NotManifold, NotOriented, InvalidMesh : of the cage.
         """
-        filters = _checked_support(support, interpolating)
+        filters = checked_support(support, interpolating)
         surface = surface_from(cage)
         base = connectivity(surface)
         quads = checked_refinement(refinement, bool((base.sizes == 3).all()))
-        points = _checked_positions(positions, None, "positions of the finest level")
+        points = checked_positions(positions, None, "positions of the finest level")
         count = _levels_with(base, quads, len(points))
         hierarchy = Levels.of(base, count, quads, part(progress, 0.0, 0.4))
         attributes = surface.attributes
@@ -221,9 +228,9 @@ class Pyramid:
         if (positions is None) == (displacement is None):
             raise InvalidInput("give either positions or a displacement")
         if positions is not None:
-            shape = _checked_positions(positions, len(shape), f"positions of level {level}")
+            shape = checked_positions(positions, len(shape), f"positions of level {level}")
         else:
-            shape = shape + _checked_positions(displacement, len(shape), "the displacement")
+            shape = shape + checked_positions(displacement, len(shape), "the displacement")
         return self._raised(level, shape, self.details[level:], self if frames else None)
 
     def with_detail(self, scale: float | Sequence[ArrayLike], *, frames: bool = False) -> Pyramid:
@@ -239,7 +246,7 @@ class Pyramid:
         ------
         InvalidInput : the factors are no numbers, or too many or too few.
         """
-        factors = _checked_scale(scale, [len(details) for details in self.details])
+        factors = checked_scale(scale, [len(details) for details in self.details])
         details = [f * d for f, d in zip(factors, self.details, strict=True)]
         return self._raised(0, self.approximations[0], details, self if frames else None)
 
@@ -256,6 +263,8 @@ class Pyramid:
         InvalidInput : the cages, levels or wavelets differ, or there is no such level.
         """
         level = self._checked_level(level)
+        if not isinstance(other, Pyramid):
+            raise InvalidInput(f"details are taken from another pyramid, not from {other!r}")
         _require_alike(self.wavelets, other.wavelets)
         shape = self.approximations[level]
         return self._raised(level, shape, other.details[level:], other if frames else None)
@@ -348,42 +357,6 @@ def _taken(
         corner=rows(attributes.corner, corners),
         face=rows(attributes.face, faces),
     )
-
-
-def _checked_support(support: int | None, interpolating: bool) -> Support:
-    if support is None:
-        return "interpolating" if interpolating else None
-    if interpolating:
-        raise InvalidInput("interpolating takes no wavelets; leave support=None")
-    return checked_count(support, "support")
-
-
-def _checked_positions(given: Any, count: int | None, name: str) -> Floats:
-    values = numbers(given)
-    if values.ndim != 2 or values.shape[1:] != (3,) or count not in (None, len(values)):
-        wanted = f"({'n' if count is None else count}, 3)"
-        raise InvalidInput(f"{name} must be numbers of shape {wanted}, not {np.shape(given)}")
-    bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
-    if len(bad):
-        raise InvalidInput(f"{name} must be finite; rows {some(bad)} are not")
-    return values
-
-
-def _checked_scale(scale: Any, sizes: list[int]) -> list[Floats]:
-    """For each level but the finest, factors (1, 1) or (n, 1)."""
-    each = [scale] * len(sizes) if is_number(scale) else scale
-    if not isinstance(each, Sequence | np.ndarray) or len(each) != len(sizes):
-        raise InvalidInput(
-            f"scale must be a number, or {len(sizes)} of them or of arrays, one for each level but "
-            f"the finest; not {scale!r}"
-        )
-    factors = []
-    for level, (given, size) in enumerate(zip(each, sizes, strict=True)):
-        values = numbers(given)
-        if values.shape not in ((), (size,)) or not np.isfinite(values).all():
-            raise InvalidInput(f"the scale of level {level} must be a finite number or {size}")
-        factors.append(values.reshape(-1, 1))
-    return factors
 
 
 def _require_alike(wavelets: Sequence[Wavelets], others: Sequence[Wavelets]) -> None:

@@ -21,7 +21,7 @@ from henkei.design.constraints import Constraint
 from henkei.design.drag import unit_step
 from henkei.design.levels import compact, times
 from henkei.design.multilevel import Shape
-from henkei.design.part import Part
+from henkei.design.part import Part, PartialLevel
 from henkei.design.projection import pseudo_inverse
 from henkei.design.smoothing import Filter, changed
 from henkei.design.system import System
@@ -40,7 +40,8 @@ class Region:
     shapes : of all levels, as they are now.
     number, faces : a level, and those of its faces that may change, with all that is on them.
     share, smoothing : as for :func:`henkei.design.multilevel.shapes`.
-    kept : whether the surface inside stays as it is too, until something else is asked for.
+    kept : whether the surface inside stays as it is too, until something else is asked for; else
+        what ``shapes`` are inside means nothing.
 
     Raises
     ------
@@ -64,7 +65,7 @@ class Region:
                 f"no vertex of any level is inside of faces {some(faces)} of level {number}, so "
                 "nothing may move; give more faces around them"
             )
-        self._system = system
+        self._system, self._kept = system, kept
         self._base = [shape.positions for shape in shapes]
         self._within = [f[v] for f, v in zip(self._base, part.vertices, strict=True)]
         self._found_then = [shape.found for shape in shapes]
@@ -84,9 +85,9 @@ class Region:
         """The shapes of all levels, changed inside by what is asked for now."""
         made = self._made(self._within, self._missing(), self._offset, share, smoothing)
         found = []
-        for number, free in enumerate(self.part.free):
-            positions, moving = self._base[number].copy(), self.part.moving(number)
-            positions[moving] = (made[number] + self._offset[number])[free > 0]
+        for number, loose in enumerate(self.part.loose):
+            positions = self._base[number].copy()
+            positions[self.part.inside(number)] = (made[number] + self._offset[number])[loose > 0]
             found.append(Shape(positions, np.empty((0, 3))))
         return found
 
@@ -114,12 +115,11 @@ class Region:
         return [one for one in self._system.constraints if not self._met(one)]
 
     def _met(self, one: Constraint) -> bool:
-        level = self._system.first_level(one)
         before = self._targets.get(one)
         if before is None:
-            before = times(one.rows, self._pins if level == 0 else self._base[level])
+            before = times(one.rows, self._base[one.level] if one.level else self._pins)
         change = one.targets - before
-        rest = change - followed(one.rows, self.part.moving(level)) @ change
+        rest = change - followed(one.rows, self.part.moving(one.level)) @ change
         return bool(np.abs(rest).max() <= SAME * max(1.0, float(np.abs(one.targets).max())))
 
     def _shifted(self, cage: Floats, asked: Mapping[Constraint, Floats]) -> Floats:
@@ -147,7 +147,8 @@ class Region:
         rows = self._attached()
         asked = {one: one.targets for one in self._system.constraints}
         cage = self._shifted(self._cage, asked)
-        return [rows.missing(k, cage, asked, found) for k, found in enumerate(self._found)]
+        found = enumerate(self._found)
+        return [rows.missing(k, cage, asked, now, not self._kept) for k, now in found]
 
     def _attached(self) -> Attached:
         """The rows of all constraints there are now."""
@@ -155,7 +156,8 @@ class Region:
         if self._state != state:
             first, self._state = self._state is None, state
             self._rows = rows = Attached(self._system, self.part)
-            if first and all(len(found) for found in self._found_then):
+            alike = self._system.by_products == self._system.pinned.all()
+            if first and alike and all(len(found) for found in self._found_then):
                 self._found = [f[rows.places(k)] for k, f in enumerate(self._found_then)]
             else:
                 each = zip(self._base, self._inner, strict=True)
@@ -184,23 +186,51 @@ class Region:
         missing : (s, d) of each level, what rows shall find in it beside what they do in its base.
         offset : (m, d) of each level, what is added to it in the end.
         """
-        rows, made = self._attached(), []
-        for number, free in enumerate(self.part.free):
-            level = self.part.levels[number + 1]
-            moving = (free > 0)[:, None]
-            if not moving.any():
-                made.append(base[number])
-                continue
-            so_far = times(level.prolongation, made[-1]) if made else np.zeros_like(base[0])
-            start = np.where(moving, 0, base[number] - so_far) + share[number] * so_far
-            projection = rows.projection(number)
-            lacking = missing[number] - projection.measure(
-                np.where(moving, so_far - base[number], 0)
-            )
-            if self._new[number].any():  # the others find nothing in what is added
-                added = projection.measure(np.where(moving, offset[number], 0))
-                lacking[self._new[number]] -= added[self._new[number]]
-            rest = rows.possible(number, lacking)
-            change = changed(level, start, rest, projection, smoothing)
-            made.append(np.where(moving, so_far + change, base[number]))
+        made: list[Floats] = []
+        off, found, extra = np.zeros_like(base[0]), self._no_rows(base[0]), self._extra(offset)
+        for number, (loose, free) in enumerate(zip(self.part.loose, self.part.free, strict=True)):
+            level, inside = self.part.levels[number + 1], (loose > 0)[:, None]
+            so_far = times(level.prolongation, made[-1]) if number else np.zeros_like(base[0])
+            before = times(level.prolongation, off) if number else off
+            shape = np.where(inside, so_far, base[number])
+            off = np.where(inside, shape - base[number], 0)
+            coarser, found = found, self._grown(number, found, before, off)
+            if free.any():
+                moving, projection = (free > 0)[:, None], self._rows.projection(number)
+                start = np.where(moving, 0, shape - so_far) + share[number] * so_far
+                lacking = missing[number] - found - extra[number]
+                if isinstance(self._system.levels[number], PartialLevel):
+                    lacking[: len(coarser)] = coarser - found[: len(coarser)]
+                lacking = self._rows.possible(number, lacking)
+                change = changed(level, start, lacking, projection, smoothing)
+                change = np.where(moving, change, 0)
+                shape, off, found = shape + change, off + change, found + projection.measure(change)
+            made.append(shape)
         return made
+
+    def _no_rows(self, like: Floats) -> Floats:
+        return np.zeros((self._attached().first, like.shape[1]))
+
+    def _grown(self, number: int, found: Floats, before: Floats, now: Floats) -> Floats:
+        """What the rows of a level (s, d) find in ``now`` (m, d), from what those of the level
+        before find in what it comes from."""
+        if not self.part.loose[number].any():
+            return np.zeros((len(self._rows.places(number)), now.shape[1]))
+        projection = self._rows.projection(number)
+        own = projection.here(before)
+        return np.concatenate([found, own]) + projection.measure(now - before)
+
+    def _extra(self, offset: Sequence[Floats]) -> list[Floats]:
+        """What rows of new constraints (s, d) find in what is added in the end; others find
+        nothing."""
+        found, each = self._no_rows(offset[0]), []
+        any_new = any(one not in self._targets for one in self._system.constraints)
+        for number, now in enumerate(offset):
+            level = self.part.levels[number + 1]
+            before = times(level.prolongation, offset[number - 1]) if number else 0 * now
+            if any_new:
+                found = self._grown(number, found, before, now)
+                each.append(found * self._new[number][:, None])
+            else:
+                each.append(np.zeros((len(self._rows.places(number)), now.shape[1])))
+        return each

@@ -7,7 +7,6 @@ level 0 moves these pins, as little as it takes; so it never contradicts them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,7 @@ from scipy.sparse import csr_array, eye_array, hstack, vstack
 
 from henkei.design.conflicts import Dependencies, consistent, dependencies
 from henkei.design.constraints import Constraint, Curve, Derivative, Pin
-from henkei.design.filters import filters
+from henkei.design.filters import Support, filters
 from henkei.design.levels import Levels, compact, times
 from henkei.design.local_refinement import Within, analysis_in_part
 from henkei.design.part import PartialLevel
@@ -34,8 +33,6 @@ from henkei.progress import Progress, silent
 from henkei.solve.factor import factor_spd
 
 KINDS = (Pin, Curve, Derivative)  # in this order, as in a recipe, so that both give the same bits
-
-Support = int | None | Literal["interpolating"]
 
 
 class System:
@@ -124,13 +121,15 @@ class System:
     def missed(self, found: Floats, cage: Floats, asked: Sequence[Floats]) -> list[Floats]:
         """What rows (s, d) of the pins, and of each constraint, find too much if all rows find
         ``found`` (s, d), beside what they are consistent with."""
-        count = int(self.pinned.sum())
-        wrong = self._external(found) - self._consistent(cage, asked)[-1]
+        count, external = int(self.pinned.sum()), self._external(found)
+        wrong = external - self._consistent(cage, asked)[-1]
         too_much, at = [wrong[:count]], count
+        if self.pinned.all():
+            rows, null, _ = self._of_cage()
+            of_cage = consistent(null, self._asked_of_cage(asked))
+            too_much.append(times(rows, external[:count]) - of_cage)
         for one in self._in_rows():
-            if one.level == 0 and self.pinned.all():
-                too_much.append(times(one.rows, wrong[:count]))
-            else:
+            if one.level or not self.pinned.all():
                 too_much.append(wrong[at : at + one.rows.shape[0]])
                 at += one.rows.shape[0]
         return [rows for rows in too_much if len(rows)]
@@ -175,8 +174,10 @@ class System:
         rows, null, inverse = self._of_cage()
         if not rows.shape[0]:
             return cage
-        missing = consistent(null, self._asked_of_cage(asked)) - times(rows, cage)
-        return times(compact(rows.T), inverse @ missing, cage)
+        wanted, transposed = consistent(null, self._asked_of_cage(asked)), compact(rows.T)
+        for _ in range(2):  # the second time takes what rounding left
+            cage = times(transposed, inverse @ (wanted - times(rows, cage)), cage)
+        return cage
 
     def _of_cage(self) -> tuple[Sparse, Floats, Floats]:
         """Rows (s, m) that say something of the cage alone, sums of them that are zero (s, n), and
@@ -206,29 +207,34 @@ class System:
         return [a for one, a in zip(self.constraints, asked, strict=True) if one.level == number]
 
     @property
-    def _by_products(self) -> bool:
-        """Whether projections take rows of the cage's pins as inner products with its hats."""
-        return self.support is None and bool(self.pinned.all())
+    def by_products(self) -> bool:
+        """Whether projections take rows of the cage's pins as inner products with its hats.
+
+        It costs what is let go, else it costs what is pinned.
+        """
+        return self.support is None and 2 * int(self.pinned.sum()) >= len(self.pinned)
 
     def _internal(self, given: Floats) -> Floats:
-        if not self._by_products:
+        if not self.by_products:
             return given
-        count = self.levels[0].size
-        return np.concatenate([times(self.levels[0].products, given[:count]), given[count:]])
+        count = int(self.pinned.sum())
+        cage = np.zeros((self.levels[0].size, given.shape[1]))
+        cage[self.pinned] = given[:count]
+        return np.concatenate([times(self.levels[0].products, cage), given[count:]])
 
     def _external(self, found: Floats) -> Floats:
-        if not self._by_products:
+        if not self.by_products:
             return found
         count = self.levels[0].size
         cage = factor_spd(self.levels[0].products).solve(found[:count])
-        return np.concatenate([cage, found[count:]])
+        return np.concatenate([cage[self.pinned], found[count:]])
 
     def _rows(self, number: int) -> Sparse | None:
         """M of a level, but for the pins of the whole cage."""
         found = [one.rows for one in self.of_level(number)]
         if not number:
             pins = compact(eye_array(self.levels[0].size))[np.flatnonzero(self.pinned)]
-            found = [] if self.pinned.all() else [pins, *found]
+            found = [] if self.pinned.all() else found if self.by_products else [pins, *found]
         rows = compact(vstack(found)) if found else None
         return rows if rows is not None and rows.shape[0] else None
 
@@ -242,8 +248,9 @@ class System:
 
     def _telescoped(self, number: int) -> Projection:
         rows = [self._rows(k) for k in range(number + 1)]
+        let_go = np.flatnonzero(~self.pinned) if self.by_products else np.empty(0, dtype=np.int64)
         columns = [self._dual(k, matrix) for k, matrix in enumerate(rows[:number])]
-        return Telescoped(self.levels, number, Rows(bool(self.pinned.all()), rows), columns)
+        return Telescoped(self.levels, number, Rows(self.by_products, rows, let_go), columns)
 
     def _dual(self, number: int, matrix: Sparse | None) -> Sparse | None:
         """I^-1 M' of a level (m, s)."""

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array, eye_array, vstack
 
-from henkei.design.filters import lifting
+from henkei.design.filters import Support, lifting
 from henkei.design.levels import Level, compact, times
 from henkei.design.refinement import Connectivity
 from henkei.geometry.rotations import best_rotations
@@ -23,8 +22,6 @@ from henkei.solve.factor import Factor, factor_spd
 from henkei.topology import Ints
 
 SLIGHT = 1e-2  # weight of surroundings, so that they count where the closest say nothing
-
-Support = int | None | Literal["interpolating"]
 
 
 @dataclass(frozen=True, eq=False)

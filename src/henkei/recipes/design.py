@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, Strict, Tag, model_validator
 
+from henkei.design.paths import EXACT
 from henkei.design.settings import MOST_LEVELS, MOST_STEPS
 from henkei.recipes.recipe import (
     ORIGIN,
@@ -70,6 +71,8 @@ class Curve(Part):
         with its first point is closed.
     to : where it goes, point by point of a line in space.
     move : or how far, from the refined cage; with neither it stays where that has it.
+    cutoff : 1e-2 lets a path that runs freely through faces be smooth; see
+        :meth:`henkei.Designer.curve`.
     """
 
     name: Name | None = None
@@ -77,6 +80,7 @@ class Curve(Part):
     path: tuple[Place, ...] = Field(min_length=2)
     to: Annotated[tuple[Point, ...] | None, Field(min_length=2)] = None
     move: Point = ORIGIN
+    cutoff: Annotated[Number, Field(gt=0, lt=1)] = EXACT
 
     @model_validator(mode="after")
     def _goes_one_way(self) -> Self:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from henkei.design import Designer, DesignQuality, constraints
-from henkei.design.paths import Place
+from henkei.design.paths import EXACT, Place
 from henkei.design.refinement import connectivity, counts
 from henkei.design.settings import checked_refinement
 from henkei.errors import InvalidInput, some
@@ -210,7 +210,8 @@ def _written(one: constraints.Constraint) -> tuple[Kind, dict[str, Any]]:
     if isinstance(one, constraints.Pin):
         return "pins", {"point": _place_data(one.place)}
     if isinstance(one, constraints.Curve):
-        return "curves", {"path": [_place_data(place) for place in one.path]}
+        fields = {"path": [_place_data(place) for place in one.path]}
+        return "curves", fields if one.cutoff == EXACT else {**fields, "cutoff": one.cutoff}
     assert isinstance(one, constraints.Derivative)
     return "derivatives", {"point": _place_data(one.place), "direction": one.direction}
 
@@ -256,7 +257,7 @@ def _add(designer: Designer, one: Constraint, name: str, field: str, refined: _R
             ]
             line = one.to or [ORIGIN] * len(path)
             with naming(field):
-                curve = designer.curve(one.level, path, line, name=name)
+                curve = designer.curve(one.level, path, line, name=name, cutoff=one.cutoff)
             if one.to is None:
                 surface = refined.surface(one.level)
                 there = np.array([position(surface, place) for place in curve.path])
