@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,6 +14,18 @@ from henkei.errors import InvalidInput, InvalidMesh
 from henkei.shapes import grid, hemisphere
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+
+
+def test_a_mesh_survives_pickling():
+    values = {"vertex": {"h": [1, 2, 3, 4]}, "corner": {"uv": np.eye(6, 2)}, "face": {"k": [1, 2]}}
+    mesh = hk.Mesh(SQUARE, [[0, 1, 2], [0, 2, 3]], attributes=hk.Attributes(**values))
+    again = pickle.loads(pickle.dumps(mesh))
+    np.testing.assert_array_equal(again.vertices, mesh.vertices)
+    for domain in values:
+        got, kept = getattr(again.attributes, domain), getattr(mesh.attributes, domain)
+        assert list(got) == list(kept)
+        for name in kept:
+            np.testing.assert_array_equal(got[name], kept[name])
 
 
 def test_types_and_nothing_can_be_changed():

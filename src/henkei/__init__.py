@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from henkei import errors, select, shapes
     from henkei.combine import CombinedMesh, combine
     from henkei.deform import Deformer
-    from henkei.design import Designer
+    from henkei.design import Designer, Pyramid
     from henkei.geometry.element_quality import element_quality
     from henkei.geometry.form_features import FormFeatures, find_features
     from henkei.geometry.model_motion import moved
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from henkei.workflows.diagnose import diagnose
     from henkei.workflows.quad_files import write_layout, write_quads
     from henkei.workflows.results import load, save
+    from henkei.workflows.taken_up import TakenUp, take_up
 
 __all__ = [
     "Attributes",
@@ -52,9 +53,11 @@ __all__ = [
     "FormFeatures",
     "Mesh",
     "PolygonMesh",
+    "Pyramid",
     "QuadResult",
     "Registration",
     "ShapeModel",
+    "TakenUp",
     "blend",
     "combine",
     "deform_by_recipe",
@@ -76,6 +79,7 @@ __all__ = [
     "select",
     "shape_model",
     "shapes",
+    "take_up",
     "weld",
     "without_degenerate_faces",
     "without_unused_vertices",
@@ -90,7 +94,7 @@ __all__ = [
 _HOMES = {
     "henkei.combine": ("CombinedMesh", "combine"),
     "henkei.deform": ("Deformer",),
-    "henkei.design": ("Designer",),
+    "henkei.design": ("Designer", "Pyramid"),
     "henkei.geometry.element_quality": ("element_quality",),
     "henkei.geometry.form_features": ("FormFeatures", "find_features"),
     "henkei.geometry.model_motion": ("moved",),
@@ -116,6 +120,7 @@ _HOMES = {
     "henkei.workflows.diagnose": ("diagnose",),
     "henkei.workflows.quad_files": ("write_layout", "write_quads"),
     "henkei.workflows.results": ("load", "save"),
+    "henkei.workflows.taken_up": ("TakenUp", "take_up"),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 _MODULES = ("errors", "select", "shapes")

@@ -221,6 +221,27 @@ def smoothed(
 def hat_products(
     vertex_count: int, indices: Ints, corners: int, area: float
 ) -> tuple[Ints, Ints, NDArray[np.float64]]: ...
+def restricted(
+    vertex_count: int,
+    indices: Ints,
+    edges: Ints,
+    corner_edges: Ints,
+    sides: int,
+    area: float,
+    values: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None: ...
+def add_corrected(
+    vertex_count: int,
+    indices: Ints,
+    edges: Ints,
+    corner_edges: Ints,
+    sides: int,
+    area: float,
+    hats: NDArray[np.float64],
+    free: NDArray[np.uint8] | None,
+    out: NDArray[np.float64],
+) -> None: ...
 def dual_columns(
     start: Ints,
     indices: Ints,

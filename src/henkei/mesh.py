@@ -51,6 +51,9 @@ class Attributes:
         }
         return Attributes(**kept)
 
+    def __reduce__(self) -> tuple[type[Attributes], tuple[dict[str, NDArray[Any]], ...]]:
+        return Attributes, (dict(self.vertex), dict(self.corner), dict(self.face))
+
     def __bool__(self) -> bool:
         return bool(self.vertex or self.corner or self.face)
 

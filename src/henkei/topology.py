@@ -21,6 +21,14 @@ Ints = NDArray[np.int32]
 BOUNDARY, NOT_MANIFOLD, NOT_ORIENTED = -1, -2, -3
 
 
+def following(offsets: NDArray[np.int64]) -> Ints:
+    """The corner that follows each corner in the same face; faces start at ``offsets``."""
+    after = np.arange(1, offsets[-1] + 1, dtype=np.int32)
+    filled = offsets[1:] > offsets[:-1]
+    after[offsets[1:][filled] - 1] = offsets[:-1][filled]
+    return after
+
+
 @dataclass(frozen=True, eq=False)
 class Topology:
     """Half-edge tables of faces given as ``indices`` (all corners in a row) and ``offsets``.
@@ -42,10 +50,7 @@ class Topology:
     @cached_property
     def next(self) -> Ints:
         """The half-edge that follows in the same face."""
-        following = np.arange(1, len(self.indices) + 1, dtype=np.int32)
-        filled = self.offsets[1:] > self.offsets[:-1]
-        following[self.offsets[1:][filled] - 1] = self.offsets[:-1][filled]
-        return _frozen(following)
+        return _frozen(following(self.offsets))
 
     @cached_property
     def target(self) -> Ints:

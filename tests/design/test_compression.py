@@ -7,18 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cages import fine
 from henkei import shapes
 from henkei.design.compression import compressed, compression_curve, level_errors
 from henkei.design.filters import filters
 from henkei.design.pyramid import Pyramid
 from henkei.errors import InvalidInput
-from refined_cages import fine, prism
 
 
 def bumpy(quads: bool = False, levels: int = 3, **support) -> Pyramid:
     """A ball or a rounded cube with a dent and waves."""
-    cage = prism(4) if quads else shapes.icosphere(0)
-    points = fine(cage, levels, quads).vertices - [0, 0, 0.5 * quads]
+    cage = shapes.cube_cage() if quads else shapes.icosphere(0)
+    points = fine(cage, levels).vertices
     points = points / np.linalg.norm(points, axis=1)[:, None]
     out = 1 + 0.1 * np.sin(5 * points[:, 0]) - 0.3 * np.exp(-20 * (1 - points[:, 2]))
     return Pyramid.on(cage, points * out[:, None], **support)
@@ -108,7 +108,7 @@ def test_errors_of_levels():
 
 
 def test_each_level_of_a_ball_has_a_quarter_of_the_error():
-    ball = fine(shapes.icosphere(0), 5, quads=False)
+    ball = fine(shapes.icosphere(0), 5)
     points = ball.vertices / np.linalg.norm(ball.vertices, axis=1)[:, None]
     errors = level_errors(Pyramid.on(shapes.icosphere(0), points))
     assert errors.rms[2:4] == pytest.approx(errors.rms[1:3] / 4, rel=0.1)

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from scipy.sparse import csc_array, csr_array, random_array
 from scipy.sparse.linalg import splu
 
+from cages import CAGES, WAYS
 from henkei import _kernels
 from henkei.design.refinement import Connectivity, connectivity, refined
 from henkei.mesh import Mesh
 from oracles import subdivision
-from oracles.multiresolution import CAGES, WAYS
 
 ways = pytest.mark.parametrize(("name", "quads"), WAYS)
 seeds = st.integers(0, 2**32 - 1)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array, eye_array
 
 import henkei as hk
+from cages import CAGES, WAYS, levels_of, pinned, random_cage
 from data import real
 from henkei.design.filters import INTERPOLATING
 from henkei.design.literal import filtered, literal_surfaces, neighbour_means, pseudo_inverse
@@ -19,14 +20,14 @@ STEPS = 10
 EVEN = np.ones((3, 3))
 
 supports = pytest.mark.parametrize("support", [None, INTERPOLATING, 0, 2])
-ways = pytest.mark.parametrize(("name", "quads"), oracle.WAYS)
+ways = pytest.mark.parametrize(("name", "quads"), WAYS)
 
 
 def pinned_cage(levels: list[Connectivity], points: np.ndarray, count: int = 2, seed: int = 0):
     """All vertices of the cage at some points, and places of all finer levels at others."""
     rows, targets = [eye_array(len(points), format="csr")], [points]
     for level, c in enumerate(levels[1:], start=1):
-        row, target = oracle.pinned(count, seed + level, c.vertex_count)
+        row, target = pinned(count, seed + level, c.vertex_count)
         rows.append(csr_array(row))
         targets.append(target)
     return rows, targets
@@ -34,7 +35,7 @@ def pinned_cage(levels: list[Connectivity], points: np.ndarray, count: int = 2, 
 
 @ways
 def test_means_are_those_of_neighbours(name, quads):
-    c = oracle.levels_of(oracle.CAGES[name](), 1, quads)[1]
+    c = levels_of(CAGES[name](), 1, quads)[1]
     np.testing.assert_allclose(neighbour_means(c).toarray(), oracle.means(c), rtol=1e-15)
 
 
@@ -42,7 +43,7 @@ def test_means_are_those_of_neighbours(name, quads):
 @supports
 def test_equal_targets_give_one_point(name, quads, support):
     """Partition of unity: all hats, filters and smoothing keep constants."""
-    levels = oracle.levels_of(oracle.CAGES[name](), 2, quads)
+    levels = levels_of(CAGES[name](), 2, quads)
     point = np.array([3.0, -2.0, 0.5])
     rows, targets = pinned_cage(levels, np.tile(point, (levels[0].vertex_count, 1)))
     targets = [np.tile(point, (len(t), 1)) for t in targets]
@@ -55,9 +56,9 @@ def test_equal_targets_give_one_point(name, quads, support):
 )
 @supports
 def test_a_plane_stays_a_plane(name, support):
-    levels = oracle.levels_of(oracle.CAGES[name](), 2)
+    levels = levels_of(CAGES[name](), 2)
     normal = np.array([2.0, -1.0, 2.0]) / 3
-    rows, targets = pinned_cage(levels, oracle.CAGES[name]().vertices)
+    rows, targets = pinned_cage(levels, CAGES[name]().vertices)
     flat = [t - np.outer(t @ normal, normal) + 5 * normal for t in targets]
     for surface in literal_surfaces(levels, rows, flat, EVEN, STEPS, support=support):
         np.testing.assert_allclose(surface @ normal, 5, rtol=1e-13)
@@ -67,8 +68,8 @@ def test_a_plane_stays_a_plane(name, support):
 @settings(max_examples=8, deadline=None)
 def test_a_surface_moves_with_all_its_targets(seed, support):
     """By any affine map, mirrored or not."""
-    cage = oracle.random_cage(seed, many_sided=bool(seed % 2))
-    levels = oracle.levels_of(cage, 2)
+    cage = random_cage(seed, many_sided=bool(seed % 2))
+    levels = levels_of(cage, 2)
     rows, targets = pinned_cage(levels, cage.vertices, seed=seed)
     random = np.random.default_rng(seed)
     turn, move = random.normal(size=(3, 3)), random.normal(size=3)
@@ -84,9 +85,9 @@ def test_a_surface_moves_with_all_its_targets(seed, support):
 @settings(max_examples=6, deadline=None)
 def test_targets_add_up(seed):
     """Also where few vertices of the cage are pinned."""
-    levels = oracle.levels_of(oracle.random_cage(seed, many_sided=False), 2)
+    levels = levels_of(random_cage(seed, many_sided=False), 2)
     rows, targets = zip(
-        *(oracle.pinned(3, seed + k, c.vertex_count) for k, c in enumerate(levels)), strict=True
+        *(pinned(3, seed + k, c.vertex_count) for k, c in enumerate(levels)), strict=True
     )
     rows = [csr_array(r) for r in rows]
     other = [np.random.default_rng(seed).normal(size=(3, 3)) for _ in levels]
@@ -98,8 +99,8 @@ def test_targets_add_up(seed):
 
 
 def test_levels_without_constraints_follow_the_others():
-    cage = oracle.CAGES["cube"]()
-    levels = oracle.levels_of(cage, 2)
+    cage = CAGES["cube"]()
+    levels = levels_of(cage, 2)
     rows, targets = pinned_cage(levels, cage.vertices)
     given_none = literal_surfaces(
         levels, [rows[0], None, rows[2]], [targets[0], None, targets[2]], EVEN, STEPS
@@ -114,7 +115,7 @@ def test_levels_without_constraints_follow_the_others():
 
 
 def test_nothing_given_nothing_found():
-    levels = oracle.levels_of(oracle.CAGES["icosahedron"](), 2)
+    levels = levels_of(CAGES["icosahedron"](), 2)
     for surface in literal_surfaces(levels, [None] * 3, [None] * 3, EVEN, STEPS):
         assert not surface.any()
 
@@ -122,8 +123,8 @@ def test_nothing_given_nothing_found():
 @supports
 def test_axes_do_not_mix(support):
     """Weights and smoothing of one axis leave the others as they are."""
-    cage = oracle.CAGES["hexagonal prism"]()
-    levels = oracle.levels_of(cage, 2)
+    cage = CAGES["hexagonal prism"]()
+    levels = levels_of(cage, 2)
     rows, targets = pinned_cage(levels, cage.vertices)
     weights = np.column_stack([[1, 2, 4], [1, 1, 1], [9, 3, 1]]).astype(float)
     smoothing = (True, False, True)
@@ -139,8 +140,8 @@ def test_axes_do_not_mix(support):
 
 def test_an_unsmoothed_axis_moves_no_more_than_constraints_ask():
     """Of all changes that meet them it has the least sum of squares, level by level."""
-    cage = oracle.CAGES["torus of quads"]()
-    levels = oracle.levels_of(cage, 1)
+    cage = CAGES["torus of quads"]()
+    levels = levels_of(cage, 1)
     rows, targets = pinned_cage(levels, cage.vertices)
     shape = literal_surfaces(levels, rows, targets, EVEN[:2], STEPS, (False,) * 3)
     up = oracle.prolongation(*levels) @ shape[0]
@@ -150,8 +151,8 @@ def test_an_unsmoothed_axis_moves_no_more_than_constraints_ask():
 
 
 def test_an_interpolating_support_keeps_coarse_constraints_where_they_are():
-    cage = oracle.CAGES["icosahedron"]()
-    levels = oracle.levels_of(cage, 2)
+    cage = CAGES["icosahedron"]()
+    levels = levels_of(cage, 2)
     rows, targets = pinned_cage(levels, cage.vertices)
     found = literal_surfaces(levels, rows, targets, EVEN, STEPS, support=INTERPOLATING)
     for surface in found:
@@ -159,8 +160,8 @@ def test_an_interpolating_support_keeps_coarse_constraints_where_they_are():
 
 
 def test_rows_that_repeat_change_nothing():
-    cage = oracle.CAGES["cube"]()
-    levels = oracle.levels_of(cage, 2)
+    cage = CAGES["cube"]()
+    levels = levels_of(cage, 2)
     rows, targets = pinned_cage(levels, cage.vertices)
     once = literal_surfaces(levels, rows, targets, EVEN, STEPS)
     doubled = literal_surfaces(
@@ -175,7 +176,7 @@ def test_rows_that_repeat_change_nothing():
 
 
 def test_rows_that_disagree_are_averaged():
-    c = connectivity(oracle.CAGES["cube"]())
+    c = connectivity(CAGES["cube"]())
     rows = csr_array(np.eye(c.vertex_count)[[0, 0, 5]])
     right = np.array([[1.0, 0, 0], [3.0, 0, 0], [0, 1.0, 0]])
     found = filtered(c, np.zeros((c.vertex_count, 3)), rows, right, STEPS)
@@ -193,8 +194,8 @@ def test_the_pseudo_inverse_is_that_of_penrose(rank):
 
 
 def test_a_surface_of_one_level_is_the_first_of_many():
-    cage = oracle.CAGES["hexagonal prism"]()
-    levels = oracle.levels_of(cage, 2)
+    cage = CAGES["hexagonal prism"]()
+    levels = levels_of(cage, 2)
     rows, targets = pinned_cage(levels, cage.vertices)
     many = literal_surfaces(levels, rows, targets, EVEN, STEPS)
     for k in range(3):
@@ -207,7 +208,7 @@ def test_a_surface_of_one_level_is_the_first_of_many():
 @pytest.mark.parametrize("name", ["spot", "fish", "penguin"])
 def test_constraints_of_real_cages_are_met_on_local_supports(name):
     cage = hk.read(real(f"cage/{name}_control.obj"))
-    levels = oracle.levels_of(cage, 2)
+    levels = levels_of(cage, 2)
     rows, targets = pinned_cage(levels, cage.vertices, count=5)
     found = literal_surfaces(levels, rows, targets, EVEN, STEPS, support=2)
     assert np.abs(found[0] - cage.vertices).max() < 1e-12 * cage.diagonal
@@ -216,8 +217,8 @@ def test_constraints_of_real_cages_are_met_on_local_supports(name):
 
 
 def test_the_same_bytes_every_time():
-    cage = oracle.CAGES["torus of triangles"]()
-    levels = oracle.levels_of(cage, 2)
+    cage = CAGES["torus of triangles"]()
+    levels = levels_of(cage, 2)
     rows, targets = pinned_cage(levels, cage.vertices)
     first, again = (literal_surfaces(levels, rows, targets, EVEN, STEPS)[-1] for _ in range(2))
     assert first.tobytes() == again.tobytes()

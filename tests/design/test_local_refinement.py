@@ -8,19 +8,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import henkei as hk
-from cages import CAGES, constrained, hexagonal_prism, quad_cube, quad_sheet
+from cages import CAGES, constrained, faces_of, hexagonal_prism
 from data import real
 from henkei.design import Designer
 from henkei.errors import InvalidInput
 from henkei.io import read
 from henkei.mesh import Attributes, PolygonMesh
+from henkei.shapes import cube_cage, sheet_cage
 from topologies import grid, torus
 
 
 def refined_at_random(name: str, seed: int, levels: int = 1, times: int = 3) -> Designer:
     """A cage refined as a whole and then around faces at random."""
     rng = np.random.default_rng(seed)
-    designer = Designer(CAGES[name], levels)
+    designer = Designer(CAGES[name](), levels)
     for _ in range(times):
         finest = designer._levels[-1].connectivity
         some = rng.permutation(finest.face_count)[: max(1, finest.face_count // 3)]
@@ -30,26 +31,21 @@ def refined_at_random(name: str, seed: int, levels: int = 1, times: int = 3) -> 
 
 def edges_of(surface) -> tuple[np.ndarray, np.ndarray]:
     """Edges, and how many faces are at each."""
-    after = np.arange(1, len(surface.indices) + 1)
-    after[surface.offsets[1:] - 1] = surface.offsets[:-1]
-    ends = np.sort(np.column_stack([surface.indices, surface.indices[after]]), axis=1)
-    directed = np.column_stack([surface.indices, surface.indices[after]])
+    directed = np.column_stack([surface.indices, surface.topology.target])
     assert len(np.unique(directed, axis=0)) == len(directed)
-    return np.unique(ends, axis=0, return_counts=True)
+    return np.unique(np.sort(directed, axis=1), axis=0, return_counts=True)
 
 
-def area(surface) -> float:
-    """Of planar polygons."""
-    triangles = surface.triangulated() if isinstance(surface, PolygonMesh) else surface
-    a, b, c = np.moveaxis(triangles.vertices[triangles.faces], 1, 0)
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+def areas(surface) -> np.ndarray:
+    """Of triangles, or those that planar polygons are cut into."""
+    return (surface.triangulated() if isinstance(surface, PolygonMesh) else surface).face_areas
 
 
 @pytest.mark.parametrize("interpolating", [False, True])
 @pytest.mark.parametrize("name", CAGES)
 def test_a_level_that_refines_everything_is_a_level(name, interpolating):
-    whole = Designer(CAGES[name], 2, interpolating=interpolating)
-    partial = Designer(CAGES[name], 1, interpolating=interpolating)
+    whole = Designer(CAGES[name](), 2, interpolating=interpolating)
+    partial = Designer(CAGES[name](), 1, interpolating=interpolating)
     assert partial.refine(np.arange(partial.surface(1).face_count)) == 2
     flat = whole.flat(2).vertices
     new = np.arange(len(whole.flat(1).vertices), len(flat))
@@ -84,26 +80,23 @@ def test_the_surface_has_no_gaps_and_keeps_its_topology(name, seed):
     characteristic = len(surface.vertices) - len(edges) + surface.face_count
     assert characteristic == len(cage.vertices) - len(edges_before) + cage.face_count
     assert len(np.unique(surface.indices)) == len(surface.vertices)
-    if not designer._levels[0].quads:
-        assert isinstance(surface, hk.Mesh)
+    assert isinstance(surface, hk.Mesh) == isinstance(designer.cage, hk.Mesh)
 
 
 @pytest.mark.parametrize(
-    "name", ["tetrahedron", "cube of quads", "sheet of quads", "open box of triangles"]
+    "name", ["tetrahedron", "cube", "open sheet of quads", "open sheet of triangles"]
 )
 def test_refinement_alone_leaves_the_shape_and_no_face_is_degenerate(name):
     designer = refined_at_random(name, 7)
     flat = designer.flat(designer.levels)
-    assert area(flat) == pytest.approx(area(CAGES[name]), rel=1e-12)
-    triangles = flat.triangulated() if isinstance(flat, PolygonMesh) else flat
+    assert areas(flat).sum() == pytest.approx(areas(CAGES[name]()).sum(), rel=1e-12)
     if isinstance(flat, hk.Mesh):
-        a, b, c = np.moveaxis(triangles.vertices[triangles.faces], 1, 0)
-        assert np.linalg.norm(np.cross(b - a, c - a), axis=1).min() > 1e-6
+        assert areas(flat).min() > 1e-6
 
 
-@pytest.mark.parametrize("name", ["two handles", "prism of polygons"])
+@pytest.mark.parametrize("name", ["torus of triangles", "hexagonal prism"])
 def test_vertices_on_edges_of_coarser_faces_are_their_middles(name):
-    designer = constrained(Designer(CAGES[name], 1), seed=2)
+    designer = constrained(Designer(CAGES[name](), 1), seed=2)
     designer.refine([0, 1, 2, 5])
     rim = designer._levels[2]
     vertices = designer._live.shapes()[2].positions
@@ -149,13 +142,23 @@ def test_deep_levels_are_small_and_hold():
 
 
 def test_a_plane_stays_a_plane():
-    designer = Designer(quad_sheet(4, 4), 1)
-    designer.pin(1, 12, [2.2, 2.1, 0.0])
+    designer = Designer(sheet_cage(4, 4), 1)
+    designer.pin(1, 12, [0.2, 0.1, 0.0])
     for _ in range(6):
         level = designer.levels
         near = designer.vertex_of(level, 12)
         designer.refine(designer.faces_around(level, near, rings=3))
     assert np.abs(designer.surface().vertices[:, 2]).max() < 1e-12
+
+
+@pytest.mark.parametrize("name", CAGES)
+def test_rings_of_faces_share_vertices(name):
+    designer = Designer(CAGES[name](), 1)
+    faces, vertices = faces_of(designer.flat(1)), {3}
+    for rings in range(1, 4):
+        near = [number for number, face in enumerate(faces) if vertices & set(face)]
+        assert designer.faces_around(1, 3, rings=rings).tolist() == near
+        vertices = {vertex for number in near for vertex in faces[number]}
 
 
 def test_refining_near_constraints_refines_there():
@@ -168,7 +171,7 @@ def test_refining_near_constraints_refines_there():
         designer.refine_near_constraints()
 
 
-@pytest.mark.parametrize("cage", [quad_sheet(4, 4), grid(5, 5)])
+@pytest.mark.parametrize("cage", [sheet_cage(4, 4), grid(5, 5)])
 def test_what_the_cage_carries_is_carried(cage):
     flat = cage.vertices[:, :2]
     attributes = Attributes(
@@ -195,10 +198,10 @@ def test_what_the_cage_carries_is_carried(cage):
 
 
 def test_weights_of_levels_go_on_as_they_end():
-    designer = Designer(quad_cube(), 2, gamma=[1.0, 2.0, 6.0])
+    designer = Designer(cube_cage(), 2, gamma=[1.0, 2.0, 6.0])
     designer.refine([0, 1])
     np.testing.assert_allclose(designer.gamma, [1.0, 2.0, 6.0, 18.0])
-    alone = Designer(quad_cube(), 0, gamma=[3.0])
+    alone = Designer(cube_cage(), 0, gamma=[3.0])
     alone.refine([0, 2, 4])
     np.testing.assert_allclose(alone.gamma, [3.0, 3.0])
     assert np.isfinite(alone.surface().vertices).all()
@@ -214,7 +217,7 @@ def test_part_of_a_refined_part_can_be_smoothed_alone():
     designer.smooth_only(level, designer.faces_around(level, vertex, rings=3))
     designer.move(pin, pin.target + 0.02)
     after = designer.surface().vertices
-    assert 0 < (after != before).any(axis=1).sum() < 100
+    assert 0 < (after != before).any(axis=1).mean() < 0.25
     np.testing.assert_allclose(after[10], pin.target, rtol=0, atol=1e-10)
 
 
@@ -230,7 +233,7 @@ def test_conflicts_in_a_part_are_named():
 
 
 def test_what_acts_only_on_the_rim_is_refused():
-    designer = Designer(quad_sheet(4, 4), 1)
+    designer = Designer(sheet_cage(4, 4), 1)
     level = designer.refine(designer.faces_around(1, 12))
     rim = np.flatnonzero(designer._levels[level].free == 0)
     with pytest.raises(InvalidInput, match=f"rim of what level {level} refines"):
@@ -255,17 +258,17 @@ def test_bad_requests_are_refused():
     with pytest.raises(InvalidInput, match="smooth_only"):
         designer.refine([0])
     with pytest.raises(InvalidInput, match="support=None"):
-        Designer(quad_cube(), 1, support=1).refine([0])
+        Designer(cube_cage(), 1, support=1).refine([0])
 
 
-@pytest.mark.parametrize("name", ["torus", "prism of polygons"])
+@pytest.mark.parametrize("name", ["torus of triangles", "hexagonal prism"])
 def test_smoothing_everything_follows_into_refined_parts(name):
-    designer = constrained(Designer(CAGES[name], 2), seed=3, each=1)
+    designer = constrained(Designer(CAGES[name](), 2), seed=3, each=1)
     level = designer.refine(designer.faces_around(2, 1, rings=3))
     vertex = designer.vertex_of(level, 1)
     pin = designer.pin(level, vertex, designer.surface().vertices[1] + 0.05)
     designer.surface()
-    designer.smooth_only(0, np.arange(CAGES[name].face_count))
+    designer.smooth_only(0, np.arange(designer.cage.face_count))
     designer.move(pin, pin.target + np.array([0.1, 0.0, 0.05]))
     designer.move(designer.constraints[0], designer.constraints[0].target + 0.1)
     inside = designer.surface().vertices

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
 import henkei as hk
+from cages import prism
 from henkei.design.paths import (
     Site,
     arc_lengths,
@@ -26,12 +27,8 @@ from henkei.design.refinement import connectivity, refined
 from henkei.errors import InvalidInput
 from henkei.shapes import grid
 
-PRISM = hk.PolygonMesh.from_faces(
-    np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1.0]]),
-    [[0, 2, 1], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]],
-)
 TRIANGLES = connectivity(grid(4, 3))
-MIXED = connectivity(PRISM)
+MIXED = connectivity(prism(3))
 QUADS = refined(MIXED, True)
 SITES = [Site("path", k, faces) for k, faces in enumerate([TRIANGLES, MIXED, QUADS])]
 

@@ -9,34 +9,31 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import henkei as hk
+from cages import CAGES, WAYS, fine, prism, shuffled
 from data import real
 from henkei import shapes
 from henkei.design.filters import INTERPOLATING, filters
 from henkei.design.pyramid import Pyramid
 from henkei.errors import Cancelled, Infeasible, InvalidInput, NotFinite
 from henkei.mesh import Attributes, Mesh, PolygonMesh
-from refined_cages import POLYGONS, fine, prism, quad_torus, shuffled
-from topologies import TOPOLOGIES, grid, tetrahedron, tube
+from henkei.shapes import tetrahedron_cage, torus_cage
+from topologies import grid, tube
 
-CAGES = {
-    "icosahedron": (TOPOLOGIES["icosahedron"], False),
-    "genus 1": (TOPOLOGIES["genus 1"], False),
-    "open": (lambda: grid(3, 2), False),
-    "cube": (lambda: prism(4), True),
-    "polygons": (POLYGONS["pieces that swap sides"], True),
-    "open polygons": (lambda: prism(5, lid=False), True),
-    "triangles into quads": (tetrahedron, True),
-}
 SUPPORTS = [{}, {"support": 0}, {"support": 2}, {"interpolating": True}]
+INTO = {None: "auto", False: "triangles", True: "quads"}
+
+ways = pytest.mark.parametrize(("name", "quads"), WAYS)
+supports = pytest.mark.parametrize("support", SUPPORTS, ids=str)
 
 
-def pyramid(name: str = "icosahedron", levels: int = 2, seed: int = 0, **support) -> Pyramid:
+def pyramid(
+    name: str = "icosahedron", quads: bool | None = None, levels: int = 2, seed: int = 0, **support
+) -> Pyramid:
     """Of a refined cage with noise of all levels."""
-    make, quads = CAGES[name]
-    cage = make()
+    cage = CAGES[name]()
     positions = fine(cage, levels, quads).vertices
     positions = positions + np.random.default_rng(seed).normal(0, 0.1, positions.shape)
-    return Pyramid.on(cage, positions, refinement="quads" if quads else "triangles", **support)
+    return Pyramid.on(cage, positions, refinement=INTO[quads], **support)
 
 
 def error(a: Pyramid, b: Pyramid) -> float:
@@ -47,14 +44,14 @@ def error(a: Pyramid, b: Pyramid) -> float:
 
 def fresh(edited: Pyramid, **support) -> Pyramid:
     """The finest surface analysed again."""
-    quads = "quads" if edited.hierarchy[0].quads else "triangles"
-    return Pyramid.on(edited.surface(0), edited.positions(), refinement=quads, **support)
+    into = INTO[edited.hierarchy[0].quads]
+    return Pyramid.on(edited.surface(0), edited.positions(), refinement=into, **support)
 
 
-@pytest.mark.parametrize("support", SUPPORTS, ids=str)
-@pytest.mark.parametrize("name", CAGES)
-def test_synthesis_undoes_analysis(name, support):
-    made = pyramid(name, **support)
+@ways
+@supports
+def test_synthesis_undoes_analysis(name, quads, support):
+    made = pyramid(name, quads, **support)
     again = made.with_detail(1.0)
     assert error(made, again) < 2e-14
     for wavelets, coarse, detail, finer in zip(
@@ -71,10 +68,10 @@ def test_synthesis_undoes_analysis(name, support):
         assert np.abs(between.synthesis @ coarse + between.wavelets @ detail - finer).max() < 1e-13
 
 
-@pytest.mark.parametrize("name", [name for name in CAGES if name != "genus 1"])
-def test_each_level_is_nearest_in_the_sense_of_least_squares(name):
+@ways
+def test_each_level_is_nearest_in_the_sense_of_least_squares(name, quads):
     """By a Cholesky factor of the inner products, dense."""
-    made = pyramid(name)
+    made = pyramid(name, quads)
     root = np.linalg.cholesky(made.hierarchy[2].products.toarray()).T
     hats = np.eye(made.hierarchy[2].size)
     for level in (1, 0):
@@ -85,20 +82,18 @@ def test_each_level_is_nearest_in_the_sense_of_least_squares(name):
         assert np.abs(hats.T @ made.hierarchy[2].products @ missed).max() < 1e-13
 
 
-@pytest.mark.parametrize("support", SUPPORTS, ids=str)
-@pytest.mark.parametrize("name", CAGES)
-def test_what_is_linear_on_each_face_of_the_cage_has_no_details(name, support):
-    make, quads = CAGES[name]
-    cage, flat = make(), fine(make(), 2, quads)
-    made = Pyramid.on(cage, flat.vertices, refinement="quads" if quads else "triangles", **support)
+@ways
+@supports
+def test_what_is_linear_on_each_face_of_the_cage_has_no_details(name, quads, support):
+    cage = CAGES[name]()
+    made = Pyramid.on(cage, fine(cage, 2, quads).vertices, refinement=INTO[quads], **support)
     assert max(np.abs(d).max() for d in made.details) < 1e-13
     assert np.abs(made.approximations[0] - cage.vertices).max() < 1e-13
 
 
-@pytest.mark.parametrize("name", ["genus 1", "open", "cube", "polygons"])
-def test_a_surface_in_any_order(name):
-    make, quads = CAGES[name]
-    mesh = shuffled(fine(make(), 2, quads), 4)
+@ways
+def test_a_surface_in_any_order(name, quads):
+    mesh = shuffled(fine(CAGES[name](), 2, quads), 4)
     mesh = type(mesh)(
         mesh.vertices + np.random.default_rng(1).normal(0, 0.1, mesh.vertices.shape), mesh.faces
     )
@@ -113,8 +108,8 @@ def test_a_surface_in_any_order(name):
 
 
 def test_attributes_of_the_finest_are_found_at_all_levels():
-    for quads, cage in ((False, grid(2, 1)), (True, prism(5))):
-        flat = shuffled(fine(cage, 2, quads), 3)
+    for cage in (grid(2, 1), prism(5)):
+        flat = shuffled(fine(cage, 2), 3)
         corner = flat.vertices[flat.indices] * 2
         face = corner.reshape(len(flat.faces), -1, 3).mean(axis=1)
         attributes = Attributes(
@@ -135,32 +130,30 @@ def test_attributes_of_the_finest_are_found_at_all_levels():
             assert ((low < middle + 1e-12) & (middle < high + 1e-12)).all()
         assert set(made.as_given().attributes.vertex) == {"place"}
         assert np.array_equal(made.as_given().attributes.corner["number"], np.arange(len(corner)))
-        carried = Pyramid.on(
-            made.surface(0), made.positions(), refinement="quads" if quads else "triangles"
-        )
+        carried = fresh(made)
         for domain in ("vertex", "corner", "face"):
             for key, values in getattr(made.surface(0).attributes, domain).items():
                 assert np.array_equal(getattr(carried.surface(0).attributes, domain)[key], values)
 
 
 def test_surfaces_of_levels():
-    made = pyramid("polygons")
-    assert [made.surface(k).face_count for k in range(3)] == [17, 66, 264]
+    made = pyramid("hexagonal prism")
+    assert [made.surface(k).face_count for k in range(3)] == [9, 38, 152]
     assert isinstance(made.cage, PolygonMesh)
     assert np.array_equal(made.surface(1).vertices, made.approximations[1])
     finest = made.surface(detail=0)
-    flat = fine(made.cage, 2, quads=True)
+    flat = fine(made.cage, 2)
     assert np.abs(finest.vertices - flat.vertices).max() < 1e-14
     assert np.array_equal(finest.faces, flat.faces)
     assert isinstance(pyramid().surface(), Mesh)
-    assert repr(made) == "Pyramid(2 levels, 17 faces to 264 quads)"
+    assert repr(made) == "Pyramid(2 levels, 9 faces to 152 quads)"
 
 
 @pytest.mark.parametrize("frames", [True, False])
-@pytest.mark.parametrize("support", SUPPORTS, ids=str)
-@pytest.mark.parametrize("name", CAGES)
-def test_an_edit_that_changes_nothing(name, support, frames):
-    made = pyramid(name, **support)
+@supports
+@ways
+def test_an_edit_that_changes_nothing(name, quads, support, frames):
+    made = pyramid(name, quads, **support)
     for level in range(3):
         same = made.edited(level, made.approximations[level], frames=frames)
         assert error(made, same) < 1e-12
@@ -187,7 +180,7 @@ def test_details_follow_a_rigid_motion_where_faces_have_no_area():
     cage = grid(4, 4)
     turn = Rotation.from_rotvec([0.3, -1.2, 0.5]).as_matrix()
     for squeezed in (cage.vertices * [1, 0, 0], np.maximum(cage.vertices, [0.6, 0.6, 0])):
-        flat = fine(Mesh(squeezed, cage.faces), 2, quads=False).vertices
+        flat = fine(Mesh(squeezed, cage.faces), 2).vertices
         points = flat + np.random.default_rng(0).normal(0, 1e-3, flat.shape)
         made = Pyramid.on(cage, points, interpolating=True)
         made = made.edited(0, squeezed, frames=False)
@@ -212,8 +205,8 @@ def test_without_frames_the_surface_is_linear_in_the_edit(name, level, seed):
     assert np.abs(change(a) + 2 * change(b) - change(a + 2 * b)).max() < 1e-12
 
 
-@pytest.mark.parametrize("support", SUPPORTS, ids=str)
-@pytest.mark.parametrize("name", ["genus 1", "polygons", "open"])
+@supports
+@pytest.mark.parametrize("name", ["torus of triangles", "hexagonal prism", "open prism"])
 def test_an_edited_surface_has_the_levels_it_says(name, support):
     """Its own analysis gives the shape that was asked for, and the same details."""
     made = pyramid(name, **support)
@@ -237,7 +230,7 @@ def test_an_edited_surface_has_the_levels_it_says(name, support):
 def test_a_bent_arm_keeps_its_wrinkles():
     """A wrinkled tube, bent: nearer to the wrinkled bent tube if details turn."""
     cage = tube(8, 8, height=6.0)
-    flat = fine(cage, 3, quads=False)
+    flat = fine(cage, 3)
 
     def shape(points, depth, bend):
         turn = np.arctan2(points[:, 1], points[:, 0])
@@ -299,7 +292,7 @@ def test_details_of_another_surface():
 
 def test_a_modelled_cage():
     cage = hk.read(real("cage/spot_control.obj"))
-    flat = fine(cage, 2, quads=True)
+    flat = fine(cage, 2)
     rng = np.random.default_rng(0)
     mesh = PolygonMesh(flat.vertices + rng.normal(0, 0.01, flat.vertices.shape), flat.faces)
     made = Pyramid.of(mesh)
@@ -312,7 +305,7 @@ def test_a_modelled_cage():
 
 def test_progress_is_told_and_can_cancel():
     told = []
-    Pyramid.of(fine(tetrahedron(), 2, False), progress=lambda text, done: told.append(done))
+    Pyramid.of(fine(tetrahedron_cage(), 2), progress=lambda text, done: told.append(done))
     assert told[0] == 0
     assert told == sorted(told)
     assert told[-1] <= 1
@@ -322,7 +315,7 @@ def test_progress_is_told_and_can_cancel():
             raise Cancelled("enough")
 
     with pytest.raises(Cancelled):
-        Pyramid.of(fine(tetrahedron(), 2, False), progress=cancel)
+        Pyramid.of(fine(tetrahedron_cage(), 2), progress=cancel)
 
 
 BAD = {
@@ -359,9 +352,9 @@ def test_what_cannot_be_is_said(name):
 
 def test_surfaces_without_levels():
     with pytest.raises(Infeasible, match="does not come from refinement"):
-        Pyramid.of(tetrahedron())
+        Pyramid.of(tetrahedron_cage())
     with pytest.raises(Infeasible, match="not from 3"):
         Pyramid.of(shapes.icosphere(2), 3)
-    mesh = fine(quad_torus(4, 3), 1, True)
+    mesh = fine(torus_cage(4, 3), 1)
     with pytest.raises(NotFinite):
         Pyramid.of(PolygonMesh(mesh.vertices * np.nan, mesh.faces))

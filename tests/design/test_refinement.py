@@ -6,10 +6,11 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import henkei as hk
+from cages import CAGES, WAYS, faces_of, random_cage
 from data import real
 from henkei.design.refinement import (
     Connectivity,
@@ -32,16 +33,11 @@ from henkei.errors import (
 from henkei.mesh import Attributes, Mesh, PolygonMesh, Surface
 from henkei.topology import Topology
 from oracles import subdivision
-from oracles.multiresolution import CAGES, WAYS, random_cage
 
 ways = pytest.mark.parametrize(("name", "quads"), WAYS)
 seeds = st.integers(0, 2**32 - 1)
 TETRAHEDRON = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
-
-
-def faces_of(c: Connectivity) -> list[list[int]]:
-    return [face.tolist() for face in np.split(c.indices, c.offsets[1:-1])]
 
 
 def edges_of(c: Connectivity) -> list[tuple[int, int]]:
@@ -88,6 +84,7 @@ def test_children_are_those_cut_face_by_face(name: str, quads: bool) -> None:
         assert c.vertex_count == len(averages)
 
 
+@settings(max_examples=25, deadline=None)
 @given(seeds, st.booleans(), st.booleans())
 def test_any_cage_keeps_its_topology(seed: int, many_sided: bool, as_quads: bool) -> None:
     quads = as_quads or many_sided
@@ -145,6 +142,7 @@ def test_a_plane_stays_a_plane(quads: bool) -> None:
     )
 
 
+@settings(max_examples=40, deadline=None)
 @given(seeds)
 def test_a_part_is_what_its_faces_alone_would_be(seed: int) -> None:
     rng = np.random.default_rng(seed)

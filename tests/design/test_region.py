@@ -7,11 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cages import CAGES, constrained, quad_cube, quad_sheet
+from cages import CAGES, constrained, faces_of
 from data import real
 from henkei.design import Designer
+from henkei.design.levels import Levels
+from henkei.design.multilevel import powers, shares
+from henkei.design.refinement import connectivity
 from henkei.errors import InvalidInput
 from henkei.io import read
+from henkei.shapes import cube_cage, sheet_cage
+from oracles import multiresolution as oracle
 from topologies import torus
 
 KINDS = {"wavelets": {}, "interpolating": {"interpolating": True}, "one ring": {"support": 1}}
@@ -23,28 +28,14 @@ def everything(designer: Designer, level: int = 0) -> np.ndarray:
 
 
 def vertices_of(designer: Designer, level: int, faces: np.ndarray) -> np.ndarray:
-    surface = designer.flat(level)
-    corners = [
-        surface.indices[a:b] for a, b in zip(surface.offsets[:-1], surface.offsets[1:], strict=True)
-    ]
-    return np.unique(np.concatenate([corners[f] for f in faces]))
-
-
-def around(designer: Designer, level: int, vertex: int, rings: int = 1) -> np.ndarray:
-    """The faces of a level in rings around a vertex."""
-    surface = designer.flat(level)
-    owner = np.repeat(np.arange(surface.face_count), np.diff(surface.offsets))
-    vertices = np.array([vertex])
-    for _ in range(rings):
-        faces = np.unique(owner[np.isin(surface.indices, vertices)])
-        vertices = np.unique(surface.indices[np.isin(owner, faces)])
-    return faces
+    corners = faces_of(designer.flat(level))
+    return np.unique(np.concatenate([corners[face] for face in faces]))
 
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", CAGES)
 def test_a_region_that_is_everything_gives_the_whole_solution(name, kind):
-    designer = constrained(Designer(CAGES[name], 2, **KINDS[kind]), seed=3)
+    designer = constrained(Designer(CAGES[name](), 2, **KINDS[kind]), seed=3)
     level = len(name) % 3
     designer.smooth_only(level, everything(designer, level))
     for number, one in enumerate(designer.constraints):
@@ -73,15 +64,15 @@ def test_a_cage_that_is_not_pinned_everywhere_may_be_smoothed_in_part(let_go):
 
 
 @pytest.mark.parametrize("kind", ["wavelets", "interpolating"])
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(seed=st.integers(0, 1000), level=st.integers(0, 2), rings=st.integers(1, 2))
 def test_outside_nothing_changes_and_inside_constraints_are_met(kind, seed, level, rings):
     designer = Designer(torus(8, 6), 2, **KINDS[kind])
     rng = np.random.default_rng(seed)
     vertex = int(rng.integers(len(designer.flat(level).vertices)))
-    faces = around(designer, level, vertex, rings)
+    faces = designer.faces_around(level, vertex, rings=rings)
     far = int(rng.integers(len(designer.flat(2).vertices)))
-    outer = designer.pin(2, far, designer.flat(2).vertices[far] + 0.05)
+    designer.pin(2, far, designer.flat(2).vertices[far] + 0.05)
     pin = designer.pin(level, vertex, designer.flat(level).vertices[vertex])
     before = [designer.surface(k).vertices for k in range(3)]
     designer.smooth_only(level, faces)
@@ -100,13 +91,12 @@ def test_outside_nothing_changes_and_inside_constraints_are_met(kind, seed, leve
     assert not designer.left_alone
     designer.move(pin, pin.target - [0.02, 0.03, -0.01])
     np.testing.assert_allclose(designer.surface().vertices, before[2], rtol=0, atol=1e-9)
-    assert outer in designer.constraints
 
 
 def test_all_constraints_hold_after_edits_inside():
     designer = constrained(Designer(torus(10, 8), 3), seed=4, each=4)
     pin = designer.pin(2, 3, designer.surface(2).vertices[3])
-    designer.smooth_only(0, around(designer, 0, 3, rings=2))
+    designer.smooth_only(0, designer.faces_around(0, 3, rings=2))
     designer.move(pin, pin.target + 0.1)
     designer.pin(1, 3, designer.surface(1).vertices[3] + [0.0, 0.05, 0.0])
     designer.surface()
@@ -116,28 +106,22 @@ def test_all_constraints_hold_after_edits_inside():
 
 def test_it_is_the_masked_solution():
     """Against everything written out: rows, masks and pseudo-inverses as full matrices."""
-    designer = Designer(quad_sheet(5, 5), 2, gamma=1.5)
-    target = designer.flat(2).vertices[40] + [0.0, 0.0, 0.3]
+    designer = Designer(sheet_cage(5, 5), 2, gamma=1.5)
     pin = designer.pin(1, 14, designer.flat(1).vertices[14] + [0.0, 0.1, 0.2])
     designer.pin(2, 200, designer.flat(2).vertices[200] + 0.1)
     before = designer.surface().vertices
-    faces = around(designer, 0, 14, 2)
+    faces = designer.faces_around(0, 14, rings=2)
     designer.smooth_only(0, faces)
     step = np.array([0.1, -0.2, 0.3])
     designer.move(pin, pin.target + step)
     got = designer.surface().vertices - before
-    expected = masked(designer, faces, designer.constraints, pin, step)
+    expected = masked(designer, faces, pin, step)
     np.testing.assert_allclose(got, expected, rtol=0, atol=1e-10)
     assert np.abs(expected).max() > 0.1
-    assert target.shape == (3,)
 
 
-def masked(designer, faces, constraints, pin, step):
+def masked(designer, faces, pin, step):
     """What a step of a pin's target adds if vertices around other faces of the cage stay."""
-    from henkei.design.levels import Levels
-    from henkei.design.multilevel import powers, shares
-    from henkei.design.refinement import connectivity
-
     levels = Levels.of(connectivity(designer.cage), designer.levels, True)
     outside = np.ones(levels[0].connectivity.face_count, dtype=bool)
     outside[faces] = False
@@ -152,7 +136,7 @@ def masked(designer, faces, constraints, pin, step):
             rows = [m @ analysis for m in rows]
             shape = level.prolongation @ shape
             outside = np.repeat(outside, 4)
-        for one in constraints:
+        for one in designer.constraints:
             if one.level == k:
                 rows.append(one.rows.toarray())
                 wanted.append(step[None] * (one is pin))
@@ -163,10 +147,10 @@ def masked(designer, faces, constraints, pin, step):
         start = share[k] * shape
         missing = np.concatenate(wanted) - np.concatenate(rows) @ shape
         change = inverse @ missing
-        mean = averages(level)
+        mean = oracle.means(level.connectivity)
         for _ in range(designer.steps):
             values = start + change
-            for factor in (0.33, 1 / (0.1 - 1 / 0.33)):
+            for factor in oracle.TAUBIN:
                 values = values + factor * free[:, None] * (mean @ values - values)
             change = values - start
             change = change + inverse @ (missing - stacked @ change)
@@ -174,21 +158,12 @@ def masked(designer, faces, constraints, pin, step):
     return shape
 
 
-def averages(level):
-    start, neighbours = level.neighbours
-    matrix = np.zeros((level.size, level.size))
-    for vertex in range(level.size):
-        some = neighbours[start[vertex] : start[vertex + 1]]
-        matrix[vertex, some] = 1 / len(some)
-    return matrix
-
-
 def test_what_cannot_be_followed_is_left_alone_and_named():
     designer = Designer(torus(8, 6), 2)
     inside = designer.pin(1, 0, designer.flat(1).vertices[0], name="inside")
     outside = designer.pin(1, 30, designer.flat(1).vertices[30], name="outside")
     before = designer.surface().vertices
-    designer.smooth_only(0, around(designer, 0, 0))
+    designer.smooth_only(0, designer.faces_around(0, 0))
     designer.move(outside, outside.target + 1.0)
     designer.pin(0, 20, designer.flat(0).vertices[20] + 1.0, name="of the cage")
     np.testing.assert_allclose(designer.surface().vertices, before, rtol=0, atol=1e-13)
@@ -200,9 +175,9 @@ def test_what_cannot_be_followed_is_left_alone_and_named():
 
 
 def test_vertices_of_the_cage_move_inside():
-    designer = Designer(quad_sheet(6, 6), 2)
+    designer = Designer(sheet_cage(6, 6), 2)
     designer.surface()
-    faces = around(designer, 0, 24, 2)
+    faces = designer.faces_around(0, 24, rings=2)
     designer.smooth_only(0, faces)
     designer.pin(0, 24, designer.flat(0).vertices[24] + [0.0, 0.0, 1.0])
     surface = designer.surface().vertices
@@ -213,11 +188,10 @@ def test_vertices_of_the_cage_move_inside():
 
 
 def test_a_plane_stays_a_plane_whatever_is_asked_for_in_it():
-    designer = constrained(Designer(quad_sheet(6, 6), 2), seed=2)
-    designer.axis_smoothing = (True, True, True)
+    designer = constrained(Designer(sheet_cage(6, 6), 2), seed=2)
     for one in designer.constraints:
         designer.move(one, np.asarray(one.target) * [1, 1, 0])
-    designer.smooth_only(0, around(designer, 0, 24, 2))
+    designer.smooth_only(0, designer.faces_around(0, 24, rings=2))
     for one in designer.constraints:
         designer.move(one, one.target + np.array([0.1, 0.1, 0]))
     assert np.abs(designer.surface().vertices[:, 2]).max() < 1e-12
@@ -228,7 +202,7 @@ def test_a_real_cage_in_part():
     vertex = 50
     pin = designer.pin(2, vertex, designer.flat(2).vertices[vertex])
     before = designer.surface().vertices
-    designer.smooth_only(0, around(designer, 0, vertex, 2))
+    designer.smooth_only(0, designer.faces_around(0, vertex, rings=2))
     designer.move(pin, pin.target + 0.05)
     after = designer.surface().vertices
     changed = (after != before).any(axis=1)
@@ -250,11 +224,11 @@ def test_a_real_cage_in_part():
 )
 def test_bad_faces_are_refused(level, faces, message):
     with pytest.raises(InvalidInput, match=message):
-        Designer(quad_cube(), 2).smooth_only(level, faces)
+        Designer(cube_cage(), 2).smooth_only(level, faces)
 
 
 def test_a_region_with_nothing_inside_is_refused():
     with pytest.raises(
         InvalidInput, match="no vertex of any level is inside of faces 3 of level 2"
     ):
-        Designer(quad_cube(), 2).smooth_only(2, [3])
+        Designer(cube_cage(), 2).smooth_only(2, [3])

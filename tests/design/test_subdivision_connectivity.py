@@ -8,14 +8,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import henkei as hk
+from cages import CAGES, fine, polygon, prism, shuffled, together
 from data import real
 from henkei import shapes
 from henkei.design import subdivision_connectivity
 from henkei.design.subdivision_connectivity import Unrefined, unrefined
 from henkei.errors import DegenerateFaces, Infeasible, InvalidInput, InvalidMesh, NotManifold
 from henkei.mesh import Mesh, PolygonMesh, Surface
-from refined_cages import POLYGONS, even_torus, fine, prism, quad_torus, shuffled, together
+from henkei.shapes import cube_cage, torus_cage
 from topologies import TOPOLOGIES, grid, tetrahedron
+
+POLYGONS = {
+    **CAGES,
+    "single quad": lambda: polygon(4),
+    "many corners": lambda: polygon(90),
+    "pieces that swap sides": lambda: together(prism(3), prism(6), tetrahedron()),
+    **{name: TOPOLOGIES[name] for name in ("L", "genus 2", "annulus", "slit")},
+}
 
 
 def from_lowest(faces: np.ndarray) -> np.ndarray:
@@ -41,6 +50,11 @@ def assert_gives(found: Unrefined, surface: Surface) -> None:
     assert np.array_equal(found.cage.vertices, surface.vertices[old])
 
 
+def even_triangles(torus: PolygonMesh) -> Mesh:
+    """Quads cut alike, so that every vertex has six triangles."""
+    return Mesh(torus.vertices, np.asarray(torus.faces)[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3))
+
+
 def in_order(points: np.ndarray) -> np.ndarray:
     return points[np.lexsort(points.T)]
 
@@ -51,7 +65,7 @@ def in_order(points: np.ndarray) -> np.ndarray:
 def test_triangles_of_all_topologies(name, levels, seed):
     cage = TOPOLOGIES[name]()
     levels = min(levels, 1 + (len(cage.faces) < 200))
-    mesh = shuffled(fine(cage, levels, quads=False), seed)
+    mesh = shuffled(fine(cage, levels), seed)
     found = unrefined(mesh, levels)
     assert (found.levels, found.quads) == (levels, False)
     assert_gives(found, mesh)
@@ -77,10 +91,11 @@ def test_quads_of_all_topologies(name, levels, seed):
 
 
 @pytest.mark.parametrize("levels", [1, 2])
-@pytest.mark.parametrize("name", [*TOPOLOGIES, *POLYGONS])
-def test_what_was_not_shuffled_keeps_its_order(name, levels):
-    cage = (TOPOLOGIES | POLYGONS)[name]()
-    quads = not isinstance(cage, Mesh) or name in POLYGONS
+@pytest.mark.parametrize(
+    ("cages", "name"), [(cages, name) for cages in (TOPOLOGIES, POLYGONS) for name in cages]
+)
+def test_what_was_not_shuffled_keeps_its_order(cages, name, levels):
+    cage, quads = cages[name](), cages is POLYGONS
     mesh = fine(cage, levels, quads)
     found = unrefined(mesh, levels)
     assert np.array_equal(found.cage.indices, cage.indices)
@@ -92,7 +107,7 @@ def test_what_was_not_shuffled_keeps_its_order(name, levels):
 
 @pytest.mark.parametrize("cage", [shapes.icosphere(0), grid(4, 2)], ids=["closed", "open"])
 def test_one_turned_edge_spoils_it(cage):
-    mesh = fine(cage, 1, quads=False)
+    mesh = fine(cage, 1)
     twin = mesh.topology.twin
     for h in np.flatnonzero(twin > np.arange(len(twin))):
         faces = np.array(mesh.faces)
@@ -105,17 +120,19 @@ def test_one_turned_edge_spoils_it(cage):
 
 def test_as_deep_as_the_cage_stays_a_mesh():
     """A torus of 16 x 8 squares: of 2 x 4 squares there would be double edges."""
-    for torus in (even_torus(16, 12), quad_torus(16, 12)):
+    quads = torus_cage(16, 12)
+    for torus in (quads, even_triangles(quads)):
         found = unrefined(shuffled(torus, 1))
         assert (found.levels, found.cage.face_count * 4**2) == (2, torus.face_count)
         assert found.cage.topology.is_manifold
-    for torus in (even_torus(8, 12), quad_torus(8, 12)):
+    quads = torus_cage(8, 12)
+    for torus in (quads, even_triangles(quads)):
         assert unrefined(shuffled(torus, 1)).levels == 1
 
 
 def test_a_cage_and_its_dual_have_the_same_quads():
     """The old vertices come first, or else there are more quads: an octahedron and a cube."""
-    once = fine(prism(4), 1, quads=True)
+    once = fine(cube_cage(), 1)
     assert unrefined(once).cage.face_count == 6
     vertices = np.concatenate([np.arange(20, 26), np.arange(20)])  # centres first
     turned = PolygonMesh(once.vertices[vertices], np.argsort(vertices)[once.faces])
@@ -126,7 +143,7 @@ def test_a_cage_and_its_dual_have_the_same_quads():
 
 def test_the_deepest_of_a_cage_and_its_dual():
     """The dual of a refined octahedron has corners of three faces, so does not come from quads."""
-    twice = fine(prism(4), 2, quads=True)
+    twice = fine(cube_cage(), 2)
     vertices = np.argsort(np.isin(np.arange(98), np.arange(74, 98)), kind="stable")[::-1]
     turned = PolygonMesh(twice.vertices[vertices], np.argsort(vertices)[twice.faces])
     assert unrefined(turned, 1).cage.face_count == 26
@@ -135,7 +152,7 @@ def test_the_deepest_of_a_cage_and_its_dual():
 
 
 def test_all_pieces_have_the_same_number_of_levels():
-    once, twice = fine(tetrahedron(), 1, False), fine(shapes.icosphere(0), 2, False)
+    once, twice = fine(tetrahedron(), 1), fine(shapes.icosphere(0), 2)
     both = together(once, twice)
     mesh = Mesh(both.vertices, both.faces)
     assert unrefined(mesh).levels == 1
@@ -155,12 +172,12 @@ def test_meshes_that_do_not_come_from_refinement(name):
 
 def test_refusals_say_what_and_where():
     with pytest.raises(Infeasible, match="cannot be put together, quads about a vertex"):
-        unrefined(prism(4))
+        unrefined(cube_cage())
     with pytest.raises(Infeasible, match=r"face 0 has 3 corners, faces 2 have 4"):
         unrefined(PolygonMesh.from_faces(np.eye(6, 3), [[0, 1, 2], [0, 2, 3], [0, 3, 4, 5]]))
     with pytest.raises(Infeasible, match="double edges"):
-        unrefined(even_torus(4, 4))
-    spoiled = together(fine(tetrahedron(), 1, False), tetrahedron())
+        unrefined(even_triangles(torus_cage(4, 4)))
+    spoiled = together(fine(tetrahedron(), 1), tetrahedron())
     with pytest.raises(
         Infeasible, match=r"piece of 4 faces with face 16 .*, four triangles to one"
     ):
@@ -170,7 +187,7 @@ def test_refusals_say_what_and_where():
 @pytest.mark.parametrize("levels", [0, -1, 1.5, "2", True])
 def test_numbers_of_levels_that_are_none(levels):
     with pytest.raises(InvalidInput, match="levels must be"):
-        unrefined(fine(tetrahedron(), 1, False), levels)
+        unrefined(fine(tetrahedron(), 1), levels)
 
 
 def test_unusable_meshes():
@@ -188,7 +205,7 @@ def test_a_wrong_answer_would_be_noticed(monkeypatch):
         subdivision_connectivity, "_children", lambda *given: np.roll(children(*given), 3)
     )
     with pytest.raises(Infeasible, match="please report it"):
-        unrefined(fine(tetrahedron(), 1, False))
+        unrefined(fine(tetrahedron(), 1))
 
 
 def test_a_modelled_cage():

@@ -1,7 +1,7 @@
 """Multiresolution filtering of subdivision surfaces, by dense matrices and loops over vertices.
 
 S. Takahashi: Designing subdivision surfaces via multiresolution-based local filtering (2000). Only
-the numbering of vertices is taken from the package. Also cages of all kinds, made by code.
+the numbering of vertices is taken from the package.
 """
 
 from __future__ import annotations
@@ -11,124 +11,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from henkei import shapes
-from henkei.design.refinement import Connectivity, connectivity, refined
-from henkei.mesh import Mesh, PolygonMesh, Surface
-from topologies import TOPOLOGIES, grid, torus, uneven_hull
+from cages import faces_of
+from henkei.design.refinement import Connectivity
 
 TAUBIN = 0.33, 1 / (0.1 - 1 / 0.33)  # p and q
-
-
-# cages
-
-
-def polygons(vertices, faces: list[list[int]]) -> PolygonMesh:
-    offsets = np.cumsum([0, *map(len, faces)])
-    return PolygonMesh(np.array(vertices, dtype=float), (np.concatenate(faces), offsets))
-
-
-def prism(sides: int, height: float = 1.0, lid: bool = True) -> PolygonMesh:
-    """Two n-gons and n quads between them; open at the top without its lid."""
-    angle = 2 * np.pi * np.arange(sides) / sides
-    ring = np.column_stack([np.cos(angle), np.sin(angle)])
-    points = [np.column_stack([ring, np.full(sides, z)]) for z in (0.0, height)]
-    bottom = [list(range(sides))[::-1]]
-    walls = [[i, (i + 1) % sides, (i + 1) % sides + sides, i + sides] for i in range(sides)]
-    top = [list(range(sides, 2 * sides))] if lid else []
-    return polygons(np.concatenate(points), bottom + walls + top)
-
-
-def quad_torus(around: int = 6, across: int = 4) -> PolygonMesh:
-    """A ring of quads; vertex i * across + j is i of the way around and j of its section."""
-    u, v = (axis.ravel() for axis in np.indices((around, across)))
-    a, b = 2 * np.pi * u / around, 2 * np.pi * v / across
-    out = 2 + 0.8 * np.cos(b)
-    points = np.column_stack([out * np.cos(a), out * np.sin(a), 0.8 * np.sin(b)])
-
-    def number(i, j):
-        return (i % around) * across + j % across
-
-    corners = [number(u, v), number(u + 1, v), number(u + 1, v + 1), number(u, v + 1)]
-    return PolygonMesh(points, np.stack(corners, axis=1))
-
-
-def quad_sheet(columns: int = 3, rows: int = 2) -> PolygonMesh:
-    """A wavy open sheet of quads."""
-    u, v = (axis.ravel() for axis in np.indices((columns + 1, rows + 1)))
-    points = np.column_stack([u, v, 0.3 * np.sin(u) * v])
-    first = [i * (rows + 1) + j for i in range(columns) for j in range(rows)]
-    return polygons(points, [[k, k + rows + 1, k + rows + 2, k + 1] for k in first])
-
-
-def mixed_sheet() -> PolygonMesh:
-    """An open sheet of one triangle, two quads and a pentagon round an inner vertex."""
-    points = [[0, 0, 0], [1, 0, 0], [1, 1, 0.2], [0, 1, 0], [-1, 1, 0.1], [-1, -1, 0], [1, -1, 0.3]]
-    faces = [[0, 1, 2, 3], [0, 3, 4], [0, 4, 5, 6], [0, 6, 1]]
-    return polygons([*points, [2, 0, 0.4], [2, 1, 0]], [*faces, [1, 6, 7, 8, 2]])
-
-
-def dual(mesh: Mesh) -> PolygonMesh:
-    """A closed cage with a polygon for every vertex, a vertex in the middle of every triangle."""
-    ahead = {}
-    for number, face in enumerate(mesh.faces.tolist()):
-        for turn in range(3):
-            vertex, start, end = face[turn:] + face[:turn]
-            ahead[vertex, start] = end, number
-    polygon_of = []
-    for vertex in range(len(mesh.vertices)):
-        first = start = next(b for a, b in ahead if a == vertex)
-        polygon_of.append([])
-        while not polygon_of[-1] or start != first:
-            start, number = ahead[vertex, start]
-            polygon_of[-1].append(number)
-    return polygons(mesh.vertices[mesh.faces].mean(axis=1), polygon_of)
-
-
-CAGES = {
-    "tetrahedron": TOPOLOGIES["tetrahedron"],
-    "cube": lambda: shapes.bar(1.0, 1.0, 1, 1, quads=True),
-    "icosahedron": TOPOLOGIES["icosahedron"],
-    "torus of triangles": lambda: torus(4, 3),
-    "torus of quads": lambda: quad_torus(4, 3),
-    "hexagonal prism": lambda: prism(6),
-    "open prism": lambda: prism(5, lid=False),
-    "open sheet of triangles": lambda: grid(3, 3, holes=((1, 1),)),
-    "open sheet of quads": quad_sheet,
-    "open sheet of polygons": mixed_sheet,
-}
-WAYS = [(name, not isinstance(cage(), Mesh)) for name, cage in CAGES.items()]  # quads or not
-WAYS += [("tetrahedron", True), ("open sheet of triangles", True)]
-
-
-def random_cage(seed: int, many_sided: bool) -> Surface:
-    """The hull of some points, or the dual of one: triangles, or polygons of all sizes."""
-    hull = uneven_hull(8 + seed % 7, seed)
-    return dual(hull) if many_sided else hull
-
-
-def levels_of(surface: Surface, finest: int, quads: bool | None = None) -> list[Connectivity]:
-    """Levels 0 to ``finest`` of a cage; quads by default unless all faces are triangles."""
-    levels = [connectivity(surface)]
-    quads = bool((levels[0].sizes != 3).any()) if quads is None else quads
-    for _ in range(finest):
-        levels.append(refined(levels[-1], quads))
-    return levels
-
-
-def faces_of(c: Connectivity) -> list[list[int]]:
-    return [c.indices[a:b].tolist() for a, b in pairwise(c.offsets)]
-
-
-def pinned(count: int, seed: int, vertices: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows (count, vertices) of hats at random places between three vertices, and targets."""
-    random = np.random.default_rng(seed)
-    rows = np.zeros((count, vertices))
-    for row in rows:
-        row[random.choice(vertices, 3, replace=False)] = random.dirichlet(np.ones(3))
-    return rows, random.normal(size=(count, 3))
-
-
-# the method
 
 
 def prolongation(coarse: Connectivity, fine: Connectivity) -> np.ndarray:

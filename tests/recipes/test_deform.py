@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from copy import deepcopy
 from pathlib import Path
 
 import pytest
@@ -14,6 +13,7 @@ from henkei.deform import Settings
 from henkei.errors import InvalidFile, InvalidInput
 from henkei.recipes.deform import DeformRecipe
 from henkei.recipes.regions import KEYS
+from refused import assert_refused
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "recipes").glob("*.json"))
 
@@ -272,23 +272,7 @@ SPHERE = ("handles", 0, "region", "without", 0, "sphere")
     ],
 )
 def test_a_refusal_names_the_field(tmp_path, place, value, told):
-    data = deepcopy(GOOD)
-    here = data
-    for step in place[:-1]:
-        here = here[step]
-    here[place[-1]] = value
-    with pytest.raises(InvalidInput) as caught:
-        DeformRecipe.of(data)
-    assert told in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-    path = tmp_path / "recipe.json"
-    path.write_text(json.dumps(data, indent=1))
-    with pytest.raises(InvalidFile) as refused:
-        DeformRecipe.read(path)
-    start, _, rest = str(refused.value).partition(": ")
-    assert start.startswith(f"{path}, line ")
-    assert rest == str(caught.value)
+    assert_refused(DeformRecipe, GOOD, place, value, told, tmp_path / "recipe.json")
 
 
 def test_the_line_is_that_of_the_field(tmp_path):

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from copy import deepcopy
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from henkei.errors import InvalidFile, InvalidInput
+from henkei.errors import InvalidInput
 from henkei.recipes.design import DesignRecipe
+from refused import assert_refused
 
 LEVELS = 3
 
@@ -172,23 +172,7 @@ GOOD = {
     ],
 )
 def test_a_refusal_names_the_field(tmp_path, place, value, told):
-    data = deepcopy(GOOD)
-    here = data
-    for step in place[:-1]:
-        here = here[step]
-    here[place[-1]] = value
-    with pytest.raises(InvalidInput) as caught:
-        DesignRecipe.of(data)
-    assert told in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-    path = tmp_path / "design.json"
-    path.write_text(json.dumps(data, indent=1))
-    with pytest.raises(InvalidFile) as refused:
-        DesignRecipe.read(path)
-    start, _, rest = str(refused.value).partition(": ")
-    assert start.startswith(f"{path}, line ")
-    assert rest == str(caught.value)
+    assert_refused(DesignRecipe, GOOD, place, value, told, tmp_path / "recipe.json")
 
 
 def test_the_unchanged_one_is_fine():

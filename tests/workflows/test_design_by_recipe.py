@@ -8,17 +8,12 @@ import pytest
 import henkei as hk
 from data import real
 from henkei.design import Curve, Derivative, Designer, Pin
+from henkei.design.paths import position
 from henkei.errors import InvalidInput, InvalidMesh
 from henkei.recipes.design import DesignRecipe
 from henkei.shapes import bar, grid, icosphere
-from henkei.workflows.design_by_recipe import (
-    NEAR,
-    adapted,
-    design_by_recipe,
-    position,
-    recipe_of,
-    sizes,
-)
+from henkei.workflows.design_by_recipe import adapted, design_by_recipe, recipe_of, sizes
+from henkei.workflows.design_places import NEAR
 
 BOX = bar(2.0, 1.0, 1, 2, quads=True)
 BALL = icosphere(1)
@@ -243,20 +238,17 @@ def test_what_cannot_be_asked_in_its_place(options, told):
             {"derivatives": [{"level": 0, "point": 0, "direction": 0, "to": [0, 0, 1]}]},
             "derivatives[0]: 'derivative 1'",
         ),
-        ({"refinement": "triangles"}, ""),
     ],
 )
 def test_what_does_not_fit_the_cage_is_told_by_its_field(data, told):
-    if "refinement" in data:
-        with pytest.raises(InvalidInput, match="refined into triangles"):
-            made(BOX, **data)
-        return
     with pytest.raises(InvalidInput) as caught:
         made(BALL, **data)
     assert str(caught.value).startswith(told)
 
 
 def test_a_cage_that_cannot_be_refined():
+    with pytest.raises(InvalidInput, match="refined into triangles"):
+        made(BOX, refinement="triangles")
     with pytest.raises(InvalidMesh):
         design_by_recipe(hk.Mesh(BALL.vertices, [*BALL.faces, BALL.faces[0]]), recipe())
 
@@ -358,3 +350,24 @@ def test_a_real_cage():
 def test_open_cages():
     done = design_by_recipe(grid(2, 2), recipe(pins=[{"level": 0, "point": 4, "move": [0, 0, 1]}]))
     assert len(done.surface.topology.boundary_loops) == 1
+
+
+def test_what_a_recipe_cannot_hold_is_refused():
+    designer = designed()
+    designer.smooth_only(1, [0, 1, 2, 3])
+    with pytest.raises(InvalidInput, match="smooth_only"):
+        recipe_of(designer)
+    designer.smooth_only()
+    assert recipe_of(designer)
+    designer.refine([0, 1, 2])
+    with pytest.raises(InvalidInput, match="refine"):
+        recipe_of(designer)
+
+
+def test_points_in_space_of_a_path_are_joined_along_edges():
+    flat = Designer(BOX, 2).flat(2).vertices
+    ends = [flat[0].tolist(), flat[6].tolist()]
+    designer = made(BOX, curves=[{"level": 2, "path": ends, "move": [0, 0, 0.1]}])
+    (curve,) = designer.constraints
+    assert curve.path == tuple(Designer(BOX, 2).path(2, [0, 6]))
+    np.testing.assert_allclose(curve.target, flat[list(curve.path)] + [0, 0, 0.1])

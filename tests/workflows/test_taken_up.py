@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 from functools import cache
 
@@ -15,7 +16,7 @@ from data import real
 from henkei.design import Designer
 from henkei.design.pyramid import Pyramid
 from henkei.design.refinement import connectivity
-from henkei.errors import InvalidInput, NotManifold
+from henkei.errors import InvalidFile, InvalidInput, NotManifold
 from henkei.geometry.distance import ClosestPoints, points_on, surface_distance
 from henkei.mesh import Mesh, PolygonMesh
 from henkei.progress import silent
@@ -104,10 +105,111 @@ def test_per_axis_settings_count_before_and_after():
 def test_without_frames_the_form_moves_and_the_detail_is_shifted():
     t = taken()
     d = wavy(t)
-    change = d.surface().vertices - t.designer().surface().vertices
+    change = np.zeros_like(t.surface.vertices)
+    for one in d.constraints:
+        drag, rest = d.drag(one), one.rows @ t.forms(d)[one.level].vertices
+        change += drag.positions(one.target - rest[0]) - drag.positions(np.zeros(3))
     made = t.shape(d, frames=False).vertices
     np.testing.assert_allclose(made - t.surface.vertices, change, atol=1e-12)
     assert np.abs(change).max() > 0.1
+
+
+def test_constraints_that_ask_for_what_is_there_change_nothing():
+    t = taken("holed")
+    for settings in ({}, {"gamma": 0.7, "steps": 4}, {"interpolating": True}):
+        d = t.designer(**settings)
+        forms = t.forms(d)
+        d.pin(1, 20, forms[1].vertices[20])
+        d.pin(0, (2, [0.1, 0.2, 0.3, 0.4]), [0.1, 0.2, 0.3, 0.4] @ corners(forms[0], 2))
+        path = d.path(2, [5, 30])
+        d.curve(2, path, forms[2].vertices[path])
+        a, b = t.cage.topology.edges[7].tolist()
+        d.derivative(0, a, b, forms[0].vertices[b] - forms[0].vertices[a])
+        d.unpin([a, b, 3])
+        np.testing.assert_allclose(t.shape(d).vertices, t.surface.vertices, atol=1e-9)
+
+
+def corners(surface: PolygonMesh, face: int):
+    return surface.vertices[surface.indices[surface.offsets[face] : surface.offsets[face + 1]]]
+
+
+def test_what_is_at_rest_is_solved_once(monkeypatch):
+    t, solved = replace(taken()), []
+    solve = Designer.solve
+    monkeypatch.setattr(Designer, "solve", lambda one, *a: solved.append(one) or solve(one, *a))
+    d = wavy(t)
+    first = t.shape(d).vertices
+    assert len(set(map(id, solved))) == 2
+    solved.clear()
+    d.move(d.constraints[0], t.cage.vertices[3])
+    second = t.shape(d).vertices
+    assert np.abs(second - first).max() > 0.1
+    assert set(map(id, solved)) == {id(d)}
+    d.gamma = 1.5
+    again = wavy(replace(t), gamma=1.5)
+    again.move(again.constraints[0], t.cage.vertices[3])
+    again.move(again.constraints[1], d.constraints[1].target)
+    np.testing.assert_allclose(t.shape(d).vertices, replace(t).shape(again).vertices, atol=1e-9)
+
+
+def test_values_of_the_scan_are_carried():
+    scan = SCANS["closed"]
+    values = {"height": scan.vertices[:, 2], "upper": scan.vertices[:, 2] > 0}
+    colored = Mesh(scan.vertices, scan.faces, attributes=hk.Attributes(vertex=values))
+    t = replace(taken(), scan=colored)
+    carried = t.carried(t.surface)
+    np.testing.assert_array_equal(carried.vertices, t.surface.vertices)
+    found = carried.attributes.vertex
+    np.testing.assert_allclose(found["height"], t.surface.vertices[:, 2], atol=1e-9)
+    clear = np.abs(found["height"]) > 0.2
+    np.testing.assert_array_equal(found["upper"][clear], found["height"][clear] > 0)
+
+
+def test_a_copy_through_a_file_or_a_pickle_is_the_same(tmp_path):
+    scan = SCANS["holed"]
+    label = hk.Attributes(vertex={"label": np.arange(len(scan.vertices))})
+    given = Mesh(scan.vertices, scan.faces, attributes=label)
+    t = replace(taken("holed"), scan=given)
+    hk.save(tmp_path / "taken.npz", t)
+    d = wavy(t)
+    for copy in (hk.load(tmp_path / "taken.npz"), pickle.loads(pickle.dumps(t))):
+        assert copy.quality == t.quality
+        arrays, others = t.to_arrays(), copy.to_arrays()
+        assert arrays.keys() == others.keys()
+        for name, values in arrays.items():
+            assert values.dtype == others[name].dtype
+            np.testing.assert_array_equal(values, others[name])
+        np.testing.assert_array_equal(copy.shape(d).vertices, t.shape(d).vertices)
+        np.testing.assert_array_equal(copy.pyramid.details[1], t.pyramid.details[1])
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"henkei.version": 99}, "version 99"),
+        ({"vertices": np.zeros((5, 3))}, "damaged"),
+        ({"cage.faces": np.zeros((0, 4), np.int32)}, "damaged"),
+        ({"cage.faces": np.full((9, 4), -1, np.int32)}, "damaged"),
+        ({"on_scan.face": 10**6}, "damaged: on_scan.face names what does not exist"),
+        ({"off_scan": np.array([-1])}, "damaged: off_scan names"),
+        ({"quality.folded": None}, "damaged: .*quality.folded' is missing"),
+        ({"scan.faces": 10**6}, "damaged: faces .* do not exist"),
+    ],
+)
+def test_damaged_files_are_refused(tmp_path, changed, message):
+    hk.save(tmp_path / "taken.npz", taken())
+    with np.load(tmp_path / "taken.npz") as archive:
+        arrays = dict(archive)
+    for name, value in changed.items():
+        if value is None:
+            del arrays[name]
+        elif isinstance(value, int):
+            arrays[name] = np.full_like(arrays[name], value)
+        else:
+            arrays[name] = value
+    np.savez(tmp_path / "bad.npz", **arrays)
+    with pytest.raises(InvalidFile, match=message):
+        hk.load(tmp_path / "bad.npz")
 
 
 def test_detail_turns_with_the_form():

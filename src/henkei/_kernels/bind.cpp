@@ -467,6 +467,37 @@ henkei::CageView cage_view(int64_t vertices, const Indices& indices, const Edges
             int64_t(edges.shape(0))};
 }
 
+// Checks how many rows the coarser level and the finer one have, each with so many columns.
+template <class Coarse, class Fine>
+void require_levels(const henkei::CageView& view, int sides, const Coarse& coarse,
+                    const Fine& fine) {
+    if (sides != 3 && sides != 4) throw nb::value_error("sides may be 3 or 4");
+    require(view.corners % sides == 0, "corners a face");
+    const int64_t centres = sides == 4 ? view.corners / 4 : 0;
+    require(int64_t(coarse.shape(0)) == view.vertices, "vertices of the coarser level");
+    require(int64_t(fine.shape(0)) == view.vertices + view.edge_count + centres,
+            "vertices of the finer level");
+    require(coarse.shape(1) == fine.shape(1), "columns");
+}
+
+void restricted(int64_t vertices, Indices indices, Edges edges, Indices corner_edges, int sides,
+                double area, Table values, TableOut out) {
+    const henkei::CageView coarse = cage_view(vertices, indices, edges, corner_edges);
+    require_levels(coarse, sides, out, values);
+    nb::gil_scoped_release release;
+    henkei::restricted(coarse, sides, area, values.data(), int64_t(out.shape(1)), out.data());
+}
+
+void add_corrected(int64_t vertices, Indices indices, Edges edges, Indices corner_edges, int sides,
+                   double area, Table hats, std::optional<In<uint8_t, -1>> free, TableOut out) {
+    const henkei::CageView coarse = cage_view(vertices, indices, edges, corner_edges);
+    require_levels(coarse, sides, hats, out);
+    require(!free || free->size() == out.shape(0), "vertices");
+    nb::gil_scoped_release release;
+    henkei::add_corrected(coarse, sides, area, hats.data(), int64_t(out.shape(1)),
+                          free ? free->data() : nullptr, out.data());
+}
+
 nb::tuple handed_over(henkei::RefinedFaces&& r) {
     return nb::make_tuple(hand_over(std::move(r.indices)), hand_over(std::move(r.edges), 2),
                           hand_over(std::move(r.corner_edges)));
@@ -684,6 +715,12 @@ NB_MODULE(_kernels, m) {
           "factors"_a, "free"_a.none(), "out"_a.noconvert());
     m.def("hat_products", &hat_products, "vertex_count"_a, "indices"_a.noconvert(), "corners"_a,
           "area"_a);
+    m.def("restricted", &restricted, "vertex_count"_a, "indices"_a.noconvert(),
+          "edges"_a.noconvert(), "corner_edges"_a.noconvert(), "sides"_a, "area"_a, "values"_a,
+          "out"_a.noconvert());
+    m.def("add_corrected", &add_corrected, "vertex_count"_a, "indices"_a.noconvert(),
+          "edges"_a.noconvert(), "corner_edges"_a.noconvert(), "sides"_a, "area"_a, "hats"_a,
+          "free"_a.none(), "out"_a.noconvert());
     m.def("dual_columns", &dual_columns, "start"_a, "indices"_a, "values"_a,
           "products_start"_a.noconvert(), "products_indices"_a.noconvert(), "products"_a);
     m.def("collapse_chords", &collapse_chords, "points"_a, "sizes"_a, "quads"_a, "twin"_a,

@@ -53,6 +53,17 @@ struct HatProducts {
 HatProducts hat_products(int64_t vertices, const int32_t* indices, int64_t faces, int corners,
                          double area);
 
+// P' I values (vertices, columns) of a level's values (m, columns), P being the prolongation from
+// the coarser level, all of whose faces have so many sides, three or four, and one area, and I the
+// Gram matrix of the level's hats.
+void restricted(const CageView& coarse, int sides, double area, const double* values,
+                int64_t columns, double* out);
+
+// Adds I P hats (m, columns) of hats (vertices, columns), where `free` (which may be null) is not
+// 0.
+void add_corrected(const CageView& coarse, int sides, double area, const double* hats,
+                   int64_t columns, const uint8_t* free, double* out);
+
 // Columns of a sparse matrix: rows `indices` (ascending) and `values` of column i from start[i].
 struct SparseColumns {
     std::vector<int32_t> start, indices;

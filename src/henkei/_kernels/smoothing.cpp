@@ -66,34 +66,47 @@ HENKEI_INLINE const Four& four(const double* p) {
     return *reinterpret_cast<const Four*>(p);
 }
 
-// The mean of `count` rows of three numbers; a count known when compiled is fastest.
-HENKEI_INLINE Four mean(const int32_t* rows, int32_t count, const double* values) {
-    Four sum = {};
-    HENKEI_UNROLL for (int32_t k = 0; k < count; ++k) sum += four(values + 3 * int64_t(rows[k]));
-    const double share = 1.0 / count;
-    const Four shares = {share, share, share, share};
-    return sum * shares;
+struct Smoothing {
+    const int32_t *start, *neighbours;
+    int64_t count;
+    const double *values, *factors;
+    const uint8_t* free;
+    double* out;
+};
+
+// Three columns of the rows from i on that have `Size` neighbours and are free; returns the first
+// that does not. They are vectors of four numbers: the last is read from the next row, which writes
+// over it, too. The last row of all has no next, so that is left out, and rows next to it.
+template <int Size>
+HENKEI_INLINE int64_t smooth_alike(const Smoothing s, int64_t i) {
+    constexpr double kShare = 1.0 / Size;
+    const Four shares = {kShare, kShare, kShare, kShare};
+    const Four factor = {s.factors[0], s.factors[1], s.factors[2], 0};
+    const int64_t last = s.count - 1;
+    const int32_t* rows = s.neighbours + s.start[i];
+    int32_t end = s.start[i] + Size;
+    for (; i < last && s.start[i + 1] == end && rows[Size - 1] != last; ++i) {
+        if (s.free != nullptr && !s.free[i]) break;
+        Four sum = {};
+        HENKEI_UNROLL for (int k = 0; k < Size; ++k) sum += four(s.values + 3 * int64_t(rows[k]));
+        const Four own = four(s.values + 3 * i);
+        *reinterpret_cast<Four*>(s.out + 3 * i) = own + factor * (sum * shares - own);
+        rows += Size;
+        end += Size;
+    }
+    return i;
 }
 
-// Three columns as vectors of four numbers, the last of which belongs to the next row. Only the
-// last row has no next: it and its neighbours, whose last neighbour it is, go without.
 HENKEI_VECTORISED
-void smooth_points(const int32_t* start, const int32_t* neighbours, int64_t count,
-                   const double* values, const double* factors, const uint8_t* free, double* out) {
-    const Four factor = {factors[0], factors[1], factors[2], 0};
-    for (int64_t i = 0; i < count; ++i) {
-        const int32_t *rows = neighbours + start[i], size = start[i + 1] - start[i];
-        if (size == 0 || (free != nullptr && !free[i])) {
-            for (int c = 0; c < 3; ++c) out[3 * i + c] = values[3 * i + c];
-        } else if (i == count - 1 || rows[size - 1] == count - 1) {
-            smooth_row<3>(rows, size, values, 3, i, factors, out);
+void smooth_points(const Smoothing& s) {
+    for (int64_t i = 0; i < s.count; ++i) {
+        i = smooth_alike<4>(s, i);  // most vertices of quads
+        i = smooth_alike<6>(s, i);  // most of triangles
+        const int32_t *rows = s.neighbours + s.start[i], size = s.start[i + 1] - s.start[i];
+        if (size == 0 || (s.free != nullptr && !s.free[i])) {
+            std::copy_n(s.values + 3 * i, 3, s.out + 3 * i);
         } else {
-            const Four middle = size == 6   ? mean(rows, 6, values)
-                                : size == 4 ? mean(rows, 4, values)
-                                            : mean(rows, size, values);
-            const Four own = four(values + 3 * i);
-            const Four moved = own + factor * (middle - own);
-            for (int c = 0; c < 3; ++c) out[3 * i + c] = moved[c];
+            smooth_row<3>(rows, size, s.values, 3, i, s.factors, s.out);
         }
     }
 }
@@ -127,7 +140,7 @@ VertexRows smoothing_neighbours(int64_t vertices, const int32_t* edges, int64_t 
 
 void smoothed(const int32_t* start, const int32_t* neighbours, int64_t count, const double* values,
               int64_t columns, const double* factors, const uint8_t* free, double* out) {
-    if (columns == 3) return smooth_points(start, neighbours, count, values, factors, free, out);
+    if (columns == 3) return smooth_points({start, neighbours, count, values, factors, free, out});
     in_columns(columns, [&](auto width, auto stride, int64_t first) {
         smooth<decltype(width)::value, decltype(stride)::value>(
             start, neighbours, count, values + first, columns, factors + first, free, out + first);

@@ -16,6 +16,7 @@ constexpr int kLanes = 4;
 
 #if defined(__GNUC__)
 typedef double Four __attribute__((vector_size(32), aligned(8), may_alias));
+typedef double AlignedFour __attribute__((vector_size(32)));  // for templates: these lose the above
 #else
 struct Four {
     double lane[4];
@@ -32,6 +33,7 @@ struct Four {
     Four& operator+=(const Four& b) { return *this = *this + b; }
     Four& operator-=(const Four& b) { return *this = *this - b; }
 };
+using AlignedFour = Four;
 #endif
 
 }  // namespace henkei

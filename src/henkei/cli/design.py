@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as jsonlib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -13,7 +13,9 @@ from henkei.cli.combining import NO_DEFAULT, Flag, listing
 from henkei.cli.console import console, progress_bar
 from henkei.cli.deforming import warn
 from henkei.cli.design_options import Designing, Drawn
+from henkei.cli.design_scan import ScanDesign, Scanned, require_without
 from henkei.cli.designing import (
+    Lines,
     Outputs,
     memory_doubts,
     read_task,
@@ -39,6 +41,7 @@ def design(
     how: Designing | None = None,
     every_level: Flag = False,
     drawn: Drawn | None = None,
+    scanned: Scanned | None = None,
     example: Annotated[str | None, NO_DEFAULT] = None,
     save_example_in: Annotated[
         Path | None, Parameter(name="--save-example", show_default=False)
@@ -68,6 +71,11 @@ def design(
     To begin with: `henkei design --example head --save-example head` writes a cage and a recipe to
     edit into the folder `head`.
 
+    Scans are taken up as cages: `henkei design --scan scan.ply --save taken.npz` lays quads on one
+    and keeps the result, and `henkei design --scan taken.npz --recipe edit.json -o new.obj` changes
+    its form and keeps its detail. Points of the recipe are then on the scan, and go where it says
+    from there.
+
     Constraints that contradict each other are met on average and come with a warning that names
     them; the exit status stays 0.
 
@@ -88,6 +96,8 @@ def design(
         so on.
     drawn
         The picture.
+    scanned
+        A scan in place of a cage.
     example
         In place of a cage and a recipe, a built-in one: `head`, `pig`, `torus`, `axes` or
         `tetrahedron_with_holes`.
@@ -104,8 +114,27 @@ def design(
     if schema:
         print(DesignRecipe.schema_text(), end="")
         return
-    how, drawn = how or Designing(), drawn or Drawn()
+    how, drawn, scanned = how or Designing(), drawn or Drawn(), scanned or Scanned()
     drawn.check()
+    scanned.check(recipe, how)
+    if scanned.scan is not None:
+        others = {
+            "a cage": cage,
+            "--example": example,
+            "--save-example": save_example_in,
+            "--painted": how.painted,
+            "--every-level": every_level,
+            "--dry-run": dry_run,
+            "--gammas": drawn.gammas,
+            "--axes": drawn.axes,
+        }
+        require_without("--scan", others)
+        of_scan = ScanDesign(scanned, recipe, how, output, drawn)
+        of_scan.check()
+        with progress_bar() as progress:
+            done_with_scan = of_scan.run(progress)
+        _tell(*done_with_scan, json)
+        return
     if save_example_in is not None and example is None:
         raise InvalidInput("--save-example is about an example; add --example NAME")
     task = read_task(cage, recipe, example, how)
@@ -124,8 +153,19 @@ def design(
                 done = task.designed(part(progress, 0.0, 0.7))
                 files += outputs.write(task, done, part(progress, 0.7, 1.0))
             told |= result_entry(done)
-            lines += result_lines(task, done)
+            lines += result_lines(task.recipe, done)
             warnings = done.warnings
+    _tell(told, lines, files, warnings, json)
+
+
+def _tell(
+    told: dict[str, Any],
+    lines: Lines,
+    files: Sequence[Written],
+    warnings: Sequence[str],
+    json: bool,
+) -> None:
+    """Print what was done and which files there are, and warn."""
     if json:
         print(jsonlib.dumps({**told, "files": [file.as_dict() for file in files]}, indent=2))
     else:

@@ -102,7 +102,7 @@ class Task:
             "gamma": self.recipe.gamma,
             "axis_gamma": self.recipe.axis_gamma,
             "levels": [
-                {"vertices": vertices, "faces": faces, **_counts(self.recipe, level)}
+                {"vertices": vertices, "faces": faces, **constraint_counts(self.recipe, level)}
                 for level, (vertices, _, faces) in enumerate(self.sizes)
             ],
         }
@@ -222,8 +222,8 @@ def task_lines(task: Task) -> Lines:
         *([("about", task.recipe.about)] if task.recipe.about else []),
     ]
     for level, (vertices, _, faces) in enumerate(task.sizes):
-        asked = _asked(task.recipe, level, len(task.cage.vertices))
-        told = f"{vertices:,} vertices, {faces:,} faces{f'; {asked}' if asked else ''}"
+        words = asked(task.recipe, level, len(task.cage.vertices))
+        told = f"{vertices:,} vertices, {faces:,} faces{f'; {words}' if words else ''}"
         lines.append((f"level {level}", told))
     return lines
 
@@ -237,24 +237,25 @@ def memory_doubts(task: Task) -> list[str]:
     return []
 
 
-def _asked(recipe: DesignRecipe, level: int, vertices: int) -> str:
+def asked(recipe: DesignRecipe, level: int, vertices: int) -> str:
     """The constraints of a level, in words."""
     found = []
     if level == 0 and recipe.unpin != "all":
         found.append(f"{vertices - len(set(recipe.unpin)):,} vertices pinned")
-    for kind, count in _counts(recipe, level).items():
+    for kind, count in constraint_counts(recipe, level).items():
         if count:
             found.append(f"{count:,} {kind if count > 1 else kind.removesuffix('s')}")
     return ", ".join(found)
 
 
-def _counts(recipe: DesignRecipe, level: int) -> dict[str, int]:
+def constraint_counts(recipe: DesignRecipe, level: int) -> dict[str, int]:
+    """How many constraints of each kind a level has."""
     return {kind: sum(one.level == level for one in recipe.parts(kind)) for kind in KINDS}
 
 
-def result_lines(task: Task, done: Designed) -> Lines:
+def result_lines(recipe: DesignRecipe, done: Designed) -> Lines:
     """How it was solved, and how good it is."""
-    recipe, q = task.recipe, done.quality
+    q = done.quality
     if recipe.axis_gamma is not None:
         gamma = f"gamma {', '.join(f'{value:g}' for value in recipe.axis_gamma)} along x, y, z"
     elif isinstance(recipe.gamma, tuple):

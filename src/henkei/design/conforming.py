@@ -19,7 +19,7 @@ from henkei.design.levels import Level, Levels
 from henkei.design.part import PartialLevel
 from henkei.design.refinement import Connectivity
 from henkei.mesh import Attributes
-from henkei.topology import Ints
+from henkei.topology import Ints, following
 
 # Triangles by which of the edges 0, 1, 2 are cut (bits 1, 2, 4), each corner between two: edge i
 # leads from corner i to the next.
@@ -118,7 +118,7 @@ class Conforming:
 
     def _middles(self) -> NDArray[np.int64]:
         """The vertex (c,) in the middle of the edge from each corner to the next; -1 for none."""
-        key = _key(self.indices, self.indices[_next(self.offsets)], self._size)
+        key = _key(self.indices, self.indices[following(self.offsets)], self._size)
         keys = _key(self._cut[:, 0], self._cut[:, 1], self._size)
         order = np.argsort(keys)
         place = order[np.minimum(np.searchsorted(keys[order], key), len(keys) - 1)]
@@ -166,13 +166,6 @@ def _key(a: NDArray[Any], b: NDArray[Any], count: int) -> NDArray[np.int64]:
     return key
 
 
-def _next(offsets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The corner after each corner of its face."""
-    after = np.arange(1, offsets[-1] + 1)
-    after[offsets[1:] - 1] = offsets[:-1]
-    return after
-
-
 def _polygons(corners: Ints, offsets: NDArray[np.int64], middle: NDArray[np.int64]) -> Faces:
     """Polygons with the middles of cut edges as further corners."""
     cut = middle >= 0
@@ -183,7 +176,7 @@ def _polygons(corners: Ints, offsets: NDArray[np.int64], middle: NDArray[np.int6
     made[start[:-1]], origin[start[:-1]] = corners, every[:, None]
     between = start[:-1][cut] + 1
     made[between] = middle[cut]
-    origin[between] = np.column_stack([every[cut], _next(offsets)[cut]])
+    origin[between] = np.column_stack([every[cut], following(offsets)[cut]])
     return Faces(made, start[offsets], origin, np.arange(len(offsets) - 1))
 
 
@@ -198,7 +191,7 @@ def _triangles(corners: Ints, offsets: NDArray[np.int64], middle: NDArray[np.int
     order = np.argsort(np.concatenate(face), kind="stable")
     pairs = np.concatenate(origin)[order].reshape(-1, 2)
     first, second = pairs.T
-    edge = np.where(_next(offsets)[first] == second, first, second)
+    edge = np.where(following(offsets)[first] == second, first, second)
     made = np.where(first == second, corners[first], middle[edge]).astype(np.int32)
     return Faces(made, 3 * np.arange(len(order) + 1), pairs, np.concatenate(face)[order])
 

@@ -15,12 +15,13 @@ from numpy.typing import ArrayLike
 from henkei.design import constraints as made
 from henkei.design.constraints import Constraint, Curve, Derivative, Pin
 from henkei.design.drag import Drag
+from henkei.design.edge_paths import edge_path
 from henkei.design.levels import Levels
 from henkei.design.live import Live
 from henkei.design.local_edits import LocalEdits
 from henkei.design.local_refinement import require_free
 from henkei.design.meshes import Meshes
-from henkei.design.paths import EXACT
+from henkei.design.paths import EXACT, is_index
 from henkei.design.quality import DesignQuality, measured
 from henkei.design.refinement import connectivity
 from henkei.design.settings import (
@@ -34,11 +35,13 @@ from henkei.design.settings import (
     checked_count,
     checked_gamma,
     checked_indices,
+    checked_positions,
     checked_refinement,
     checked_support,
 )
 from henkei.design.system import System
 from henkei.errors import InvalidInput
+from henkei.geometry.arguments import numbers
 from henkei.interchange import surface_from
 from henkei.mesh import Floats, Mesh, PolygonMesh, Surface
 from henkei.progress import Progress, silent
@@ -311,6 +314,34 @@ class Designer(LocalEdits):
         number = self._require_level(level)
         flat = [self._meshes.flat(k) for k in range(number + 1)]
         return self._meshes.mesh(number, flat)
+
+    def nearest(self, level: int, point: ArrayLike) -> int:
+        """The vertex of a level that is nearest to a point (3,) on the flat cage of that level.
+
+        Raises
+        ------
+        InvalidInput : the level does not exist, or these are not three finite numbers.
+        """
+        number = self._require_level(level)
+        there = checked_positions([numbers(point)], 1, "the point")
+        return int(((self._meshes.flat(number) - there) ** 2).sum(axis=1).argmin())
+
+    def path(self, level: int, through: Sequence[Any]) -> list[int]:
+        """The vertices of a level on the shortest way along edges of its flat cage, for a curve.
+
+        Parameters
+        ----------
+        through : at least two vertices, or points (3,) whose nearest vertices are meant; if the
+            last is the first, the way is closed.
+
+        Raises
+        ------
+        InvalidInput : too few, two in a row that are the same, or no way between them.
+        """
+        number = self._require_level(level)
+        vertices = [v if is_index(v) else self.nearest(number, v) for v in through]
+        checked_indices(vertices, self._levels[number].size, "vertices", f"level {number}")
+        return edge_path(self._connectivities[number], self._meshes.flat(number), vertices)
 
     def drag(self, constraint: Constraint) -> Drag:
         """Prepare to move a constraint's target many times: each costs one sum over vertices.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from henkei._kernels import product, smoothing_neighbours
+from henkei._kernels import add_corrected, product, restricted, smoothing_neighbours
 from henkei.design.inner_products import hat_products
 from henkei.design.memory import require_memory
 from henkei.design.refinement import Connectivity, counts, prolongation, refined
@@ -35,6 +35,7 @@ class Level:
     quads : whether faces are cut into quads, not into triangles.
     prolongation : P (eq. 6), from the vertices of the level before; None at level 0.
     free : (m,) 1 where a vertex may move away from the shape of the level before; None: all may.
+    coarse : faces of the level before, if they are at hand.
     """
 
     number: int
@@ -42,6 +43,7 @@ class Level:
     quads: bool
     prolongation: csr_array | None = None
     free: Mask | None = None
+    coarse: Connectivity | None = None
 
     @property
     def size(self) -> int:
@@ -77,6 +79,34 @@ class Level:
         assert self.prolongation is not None
         return compact(self.prolongation.T)
 
+    @cached_property
+    def _stencils(self) -> tuple[int, Ints, Ints, Ints, int, float] | None:
+        """What kernels take instead of these matrices where four faces are in each one of equal
+        ones of the level before."""
+        c, sides = self.coarse, 4 if self.quads else 3
+        if (
+            c is None
+            or self.connectivity.face_count != 4 * c.face_count
+            or (c.sizes != sides).any()
+        ):
+            return None
+        return c.vertex_count, c.indices, c.edges, c.corner_edges, sides, 4.0 ** (1 - self.number)
+
+    def restricted(self, values: Floats) -> Floats:
+        """P' I values, for values (m, d): inner products with the hats of the level before."""
+        if self._stencils is None:
+            return times(self.restriction, values)
+        out = np.empty((self._stencils[0], values.shape[1]))
+        restricted(*self._stencils, values, out)
+        return out
+
+    def add_corrected(self, hats: Floats, out: Floats) -> None:
+        """Add I P hats, for sums of such hats, in place (m, d) where vertices may move."""
+        if self._stencils is None:
+            add_times(self.correction, hats, out)
+        else:
+            add_corrected(*self._stencils, hats, self.free, out)
+
 
 class Levels(Sequence[Level]):
     """All levels of a cage, from coarse to fine."""
@@ -100,7 +130,7 @@ class Levels(Sequence[Level]):
             progress(f"refining to level {number}", (number - 1) / count)
             coarse = levels[-1].connectivity
             fine = refined(coarse, quads)
-            levels.append(Level(number, fine, quads, prolongation(coarse, quads)))
+            levels.append(Level(number, fine, quads, prolongation(coarse, quads), coarse=coarse))
         return cls(levels)
 
     def __len__(self) -> int:

@@ -23,7 +23,7 @@ from henkei.design.local_refinement import (
     vertex_of,
 )
 from henkei.design.meshes import Meshes
-from henkei.design.part import checked_faces
+from henkei.design.part import PartialLevel, checked_faces
 from henkei.design.settings import checked_count
 from henkei.design.system import System
 from henkei.errors import InvalidInput
@@ -62,6 +62,12 @@ class LocalEdits:
         else:
             number = self._require_level(level)
             self._live.hold(number, checked_faces(self._levels, number, faces))
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether every level refines all faces, and edits change all of the surface."""
+        partial = any(isinstance(level, PartialLevel) for level in self._levels)
+        return not partial and self._live.region is None
 
     @property
     def left_alone(self) -> list[Constraint]:

@@ -151,16 +151,23 @@ def require_free(levels: Levels, one: Constraint) -> None:
 
 
 def faces_near_constraints(system: System, rings: int) -> NDArray[np.integer]:
-    """Faces of the finest level in rings around its constraints.
+    """Faces of the finest level in rings around its constraints, or around those of the finest
+    level before it that has any, as vertices keep their numbers as long as all faces are refined.
 
     Raises
     ------
-    InvalidInput : it has none.
+    InvalidInput : there are none.
     """
     number = len(system.levels) - 1
-    rows = [one.rows.indices for one in system.of_level(number)]
-    if not rows:
-        raise InvalidInput(f"level {number}, the finest, has no constraints to refine around")
+    level = max((one.level for one in system.constraints), default=-1)
+    if level < 0:
+        raise InvalidInput("there are no constraints to refine around; name the faces instead")
+    if any(isinstance(between, PartialLevel) for between in system.levels[level + 1 :]):
+        raise InvalidInput(
+            f"level {number}, the finest, has no constraints to refine around; name its faces, as "
+            "by faces_around(level, vertices)"
+        )
+    rows = [one.rows.indices for one in system.of_level(level)]
     return faces_around(system.levels[number].connectivity, np.concatenate(rows), rings)
 
 

@@ -89,6 +89,7 @@ class Part:
         self.loose: list[Mask] = []
         self.free: list[Mask] = []
         made: list[Level] = []
+        coarse: Connectivity | None = None
         for level, whole, met in zip(levels, inside, touched, strict=True):
             connectivity, vertices = level.connectivity.part(np.flatnonzero(met))
             loose = _within(level.connectivity, whole)[vertices]
@@ -100,7 +101,8 @@ class Part:
                 made.append(Pins(0, _without_faces(len(pins)), level.quads, among=among))
             else:
                 between = compact(level.prolongation[vertices][:, self.vertices[-1]])
-            made.append(Level(level.number, connectivity, level.quads, between, free))
+            made.append(Level(level.number, connectivity, level.quads, between, free, coarse))
+            coarse = connectivity
             self.vertices.append(vertices)
             self.loose.append(loose)
             self.free.append(free)

@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import connected_components
 from henkei.design.refinement import Connectivity
 from henkei.errors import InvalidInput
 from henkei.geometry.arguments import numbers
-from henkei.mesh import Floats
+from henkei.mesh import Floats, Surface
 from henkei.topology import Ints
 
 ROUNDING = 4e-16  # of a sum of weights, by their number
@@ -251,6 +251,21 @@ def products(columns: csr_array) -> csr_array:
         return csr_array(columns.T @ columns)
     dense = columns.toarray()
     return csr_array(dense.T @ dense)
+
+
+def position(surface: Surface, place: Place) -> Floats:
+    """Where a place of a surface is, (3,)."""
+    there: Floats
+    if isinstance(place, int):
+        there = surface.vertices[place]
+    else:
+        there = np.tensordot(place[1], surface.vertices[corners_of(surface, place[0])], 1)
+    return there
+
+
+def corners_of(surface: Surface, face: int) -> Ints:
+    """The vertices of a face."""
+    return surface.indices[surface.offsets[face] : surface.offsets[face + 1]]
 
 
 def arc_lengths(points: Floats) -> Floats | None:

@@ -123,6 +123,9 @@ class Telescoped:
         self._levels, self._level, self._number = levels, levels[number], number
         self._here = rows.matrices[number]
         self._here_transposed = None if self._here is None else freed(self._level, self._here.T)
+        if self._here_transposed is not None:
+            self._touched = np.flatnonzero(np.diff(self._here_transposed.indptr))  # few of many
+            self._onto_touched = compact(self._here_transposed[self._touched])
         self._duals = {k: d for k, d in enumerate(duals[:number]) if d is not None}
         self._tests = {k: compact(d.T) for k, d in self._duals.items()}
         self._lowest = 0 if rows.pinned else min(self._duals, default=number)
@@ -148,7 +151,7 @@ class Telescoped:
         if self._here is not None:
             found[self._slots[-1]] = times(self._here, change)
         if self._lowest < self._number:
-            self._test(times(self._level.restriction, change), found)
+            self._test(self._level.restricted(change), found)
         elif self._held is not None:
             found[self._pins] = times(self._level.products, change)
         return found
@@ -182,7 +185,7 @@ class Telescoped:
     def _spread(self, factors: Floats, change: Floats) -> None:
         """Add the rows, each by a factor, to a change."""
         if self._here_transposed is not None:
-            add_times(self._here_transposed, factors[self._slots[-1]], change)
+            change[self._touched] += times(self._onto_touched, factors[self._slots[-1]])
         if self._lowest == self._number:
             if self._held is not None:
                 add_times(self._level.products, factors[self._pins], change)
@@ -199,7 +202,7 @@ class Telescoped:
                 hats = times(self._levels[number].prolongation, hats)
             if number in slots:
                 hats = times(self._duals[number], factors[slots[number]], hats)
-        add_times(self._level.correction, hats, change)
+        self._level.add_corrected(hats, change)
 
     def _products(self) -> tuple[Floats, Floats]:
         """Products of other rows with those of the pinned cage, and among themselves."""

@@ -12,6 +12,7 @@ from henkei.design.attached import found_by_all
 from henkei.design.conflicts import Conflict
 from henkei.design.levels import Level
 from henkei.design.multilevel import Shape
+from henkei.design.part import whole
 from henkei.design.system import System
 from henkei.mesh import Floats
 
@@ -41,7 +42,8 @@ def measured(
 ) -> DesignQuality:
     """The figures of shapes that were made of a cage for what is asked."""
     levels = system.levels
-    diagonal = float(np.linalg.norm(np.ptp(found[-1].positions, axis=0))) or 1.0
+    finest = found[whole(levels)].positions
+    diagonal = float(np.linalg.norm(np.ptp(finest, axis=0))) or 1.0
     depend = system.dependencies(cage, asked)
     missed = system.missed(found_by_all(system, [s.positions for s in found]), cage, asked)
     return DesignQuality(

@@ -24,7 +24,7 @@ from henkei._kernels import refined_quads, refined_triangles, refined_vertices
 from henkei.errors import DegenerateFaces, InvalidInput, InvalidMesh, some
 from henkei.geometry.requirements import ORIENTED, Check, Problem, finite, measurable, problems
 from henkei.mesh import Attributes, Floats, Surface
-from henkei.topology import Ints
+from henkei.topology import Ints, following
 
 LOST = ("normal", "crease")  # attributes that no longer hold on a finer surface
 
@@ -193,13 +193,6 @@ def _before(coarse: Connectivity) -> NDArray[np.int64]:
     return before
 
 
-def _after(coarse: Connectivity) -> NDArray[np.int64]:
-    """The corner after each corner of its face."""
-    after = np.arange(1, len(coarse.indices) + 1)
-    after[coarse.offsets[1:] - 1] = coarse.offsets[:-1]
-    return after
-
-
 def _at_vertices(values: NDArray[Any], coarse: Connectivity, quads: bool) -> NDArray[Any]:
     if values.dtype.kind == "f":
         table = values.reshape(len(values), -1).astype(np.float64)
@@ -216,7 +209,7 @@ def _at_corners(values: NDArray[Any], coarse: Connectivity, quads: bool) -> NDAr
     if values.dtype.kind == "f":
         sizes = coarse.sizes.reshape(-1, *[1] * (values.ndim - 1))
         centres = np.add.reduceat(values, coarse.offsets[:-1]) / sizes
-        ahead = (values + values[_after(coarse)]) / 2
+        ahead = (values + values[following(coarse.offsets)]) / 2
         behind = ahead[_before(coarse)]
         centre = np.repeat(centres, coarse.sizes, axis=0).astype(values.dtype)
     around = [values, ahead, centre, behind] if quads else [values, ahead, behind]

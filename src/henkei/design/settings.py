@@ -123,7 +123,7 @@ def checked_support(support: Any, interpolating: Any) -> Support:
 
 
 def checked_indices(given: Any, count: int, kind: str, owner: str) -> NDArray[np.int64]:
-    """Whole numbers (n,) below ``count``, ascending, each once; maybe none.
+    """Whole numbers (n,) below ``count``, ascending, each once; maybe none. Or a mask (count,).
 
     kind, owner : what they number, such as "vertices" of "the cage".
     """
@@ -131,6 +131,8 @@ def checked_indices(given: Any, count: int, kind: str, owner: str) -> NDArray[np
         numbered = np.atleast_1d(np.asarray(given))
     except ValueError:
         numbered = np.empty((0, 0))
+    if numbered.dtype == bool and numbered.shape == (count,):
+        return np.flatnonzero(numbered)
     if numbered.ndim != 1 or (numbered.size and numbered.dtype.kind not in "iu"):
         raise InvalidInput(f"{kind} of {owner} are a list of whole numbers, not {given!r}")
     bad = numbered[(numbered < 0) | (numbered >= count)]

@@ -19,7 +19,7 @@ from henkei.design.refinement import Connectivity
 from henkei.geometry.rotations import best_rotations
 from henkei.mesh import Floats
 from henkei.solve.factor import Factor, factor_spd
-from henkei.topology import Ints
+from henkei.topology import Ints, following
 
 SLIGHT = 1e-2  # weight of surroundings, so that they count where the closest say nothing
 
@@ -54,9 +54,7 @@ class Wavelets:
         faces about its parents and, if need be, the whole shape decide.
         """
         c = self.coarse.connectivity
-        following = np.arange(1, len(c.indices) + 1)
-        following[c.offsets[1:] - 1] = c.offsets[:-1]
-        ends = c.indices[following]
+        ends = c.indices[following(c.offsets)]
         x, y = (shape[ends] - shape[c.indices] for shape in (before, after))
         products = (y[:, :, None] * x[:, None, :]).reshape(-1, 9)
         faces = np.add.reduceat(products, c.offsets[:-1])

@@ -125,9 +125,7 @@ class Correspondence:
             "on_b.barycentric": self.on_b.barycentric,
         }
         for side, attributes in (("a", self.attributes_a), ("b", self.attributes_b)):
-            for domain in ("vertex", "corner", "face"):
-                for name, values in getattr(attributes, domain).items():
-                    arrays[f"attributes_{side}.{domain}.{name}"] = values
+            arrays |= attribute_arrays(attributes, f"attributes_{side}")
         return arrays
 
     @classmethod
@@ -139,12 +137,22 @@ class Correspondence:
             arrays["vertices_b"],
             SurfacePoints(arrays["on_a.face"], arrays["on_a.barycentric"]),
             SurfacePoints(arrays["on_b.face"], arrays["on_b.barycentric"]),
-            _attributes(arrays, "attributes_a"),
-            _attributes(arrays, "attributes_b"),
+            attributes_in(arrays, "attributes_a"),
+            attributes_in(arrays, "attributes_b"),
         )
 
 
-def _attributes(arrays: Mapping[str, NDArray[Any]], prefix: str) -> Attributes:
+def attribute_arrays(attributes: Attributes, prefix: str) -> dict[str, NDArray[Any]]:
+    """Attributes as arrays by name; :func:`attributes_in` undoes it."""
+    return {
+        f"{prefix}.{domain}.{name}": values
+        for domain in ("vertex", "corner", "face")
+        for name, values in getattr(attributes, domain).items()
+    }
+
+
+def attributes_in(arrays: Mapping[str, NDArray[Any]], prefix: str) -> Attributes:
+    """The attributes that :func:`attribute_arrays` took apart."""
     domains: dict[str, dict[str, NDArray[Any]]] = {"vertex": {}, "corner": {}, "face": {}}
     for key, values in arrays.items():
         if key.startswith(prefix + "."):

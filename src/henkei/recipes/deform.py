@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields
 from fnmatch import fnmatchcase
-from typing import Annotated, Any, Literal, Self, get_type_hints
+from typing import Annotated, Any, Literal, Self, get_args, get_type_hints
 
 from pydantic import (
     AfterValidator,
@@ -32,6 +32,7 @@ from henkei.recipes.recipe import (
     Index,
     Name,
     Number,
+    OnFace,
     Part,
     Point,
     Positive,
@@ -41,11 +42,14 @@ from henkei.recipes.recipe import (
     fault,
     meant,
     reason,
+    require_one_way,
+    require_unique,
 )
 from henkei.recipes.regions import KEYS, Found, Region
 
 Share = Annotated[Number, Field(ge=0, lt=1)]
 Kind = Literal["fixed", "features", "handles", "pins", "offsets"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 class Turn(Part):
@@ -133,13 +137,6 @@ class Handle(Part):
     weight: Weight = None
 
 
-class OnFace(Part):
-    """A point in a face, by a weight for each of its corners."""
-
-    face: Index
-    barycentric: tuple[Number, ...] = Field(min_length=3)
-
-
 class OnEdge(Part):
     """A point on an edge between two vertices: 0 is the first, 1 the second."""
 
@@ -181,8 +178,7 @@ class Pin(Part):
 
     @model_validator(mode="after")
     def _goes_one_way(self) -> Self:
-        if self.to is not None and any(self.move):
-            raise fault("'move' says how far and 'to' says where; give one", "to")
+        require_one_way(self.to, self.move)
         return self
 
 
@@ -295,13 +291,7 @@ class DeformRecipe(Recipe):
 
     @model_validator(mode="after")
     def _names_are_unique(self) -> Self:
-        first: dict[str, tuple[str, int]] = {}
-        for kind in ("fixed", "features", "handles", "pins", "offsets"):
-            for index, name in enumerate(self.names(kind)):
-                if name in first:
-                    before = "{}[{}]".format(*first[name])
-                    raise fault(f"{before} has the name {name!r} too", kind, index, "name")
-                first[name] = kind, index
+        require_unique({kind: self.names(kind) for kind in KINDS})
         return self
 
     @model_validator(mode="after")

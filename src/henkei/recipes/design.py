@@ -13,24 +13,20 @@ from henkei.recipes.recipe import (
     Index,
     Name,
     Number,
+    OnFace,
     Part,
     Point,
     Positive,
     Recipe,
     by_form,
     fault,
+    require_one_way,
+    require_unique,
 )
 
 Flag = Annotated[bool, Strict()]
 Kind = Literal["pins", "curves", "derivatives"]
 KINDS: tuple[Kind, ...] = ("pins", "curves", "derivatives")
-
-
-class OnFace(Part):
-    """A point in a face of a level, by a weight for each of its corners; their sum is 1."""
-
-    face: Index
-    barycentric: tuple[Number, ...] = Field(min_length=3)
 
 
 Place = Annotated[
@@ -60,7 +56,7 @@ class Pin(Part):
 
     @model_validator(mode="after")
     def _goes_one_way(self) -> Self:
-        _require_one_way(self.to, self.move)
+        require_one_way(self.to, self.move)
         return self
 
 
@@ -68,7 +64,8 @@ class Curve(Part):
     """A line on the surface that follows a line in space.
 
     path : points as of pins, one after the other along edges or through faces; a path that ends
-        with its first point is closed.
+        with its first point is closed. If there are points [x, y, z], the nearest vertices are
+        meant, and the path is the shortest one along edges through these.
     to : where it goes, point by point of a line in space.
     move : or how far, from the refined cage; with neither it stays where that has it.
     cutoff : 1e-2 lets a path that runs freely through faces be smooth; see
@@ -84,7 +81,7 @@ class Curve(Part):
 
     @model_validator(mode="after")
     def _goes_one_way(self) -> Self:
-        _require_one_way(self.to, self.move)
+        require_one_way(self.to, self.move)
         return self
 
 
@@ -123,11 +120,6 @@ class Derivative(Part):
 
 
 Constraint = Pin | Curve | Derivative
-
-
-def _require_one_way(to: object, move: Point) -> None:
-    if to is not None and any(move):
-        raise fault("'move' says how far and 'to' says where; give one", "to")
 
 
 class DesignRecipe(Recipe):
@@ -201,13 +193,7 @@ class DesignRecipe(Recipe):
 
     @model_validator(mode="after")
     def _names_are_unique(self) -> Self:
-        first: dict[str, tuple[str, int]] = {}
-        for kind in KINDS:
-            for index, name in enumerate(self.names(kind)):
-                if name in first:
-                    before = "{}[{}]".format(*first[name])
-                    raise fault(f"{before} has the name {name!r} too", kind, index, "name")
-                first[name] = kind, index
+        require_unique({kind: self.names(kind) for kind in KINDS})
         return self
 
     def parts(self, kind: Kind) -> tuple[Constraint, ...]:

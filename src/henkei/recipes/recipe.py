@@ -57,6 +57,13 @@ class Part(BaseModel):
         return data
 
 
+class OnFace(Part):
+    """A point in a face, by a weight for each of its corners; their sum is 1."""
+
+    face: Index
+    barycentric: tuple[Number, ...] = Field(min_length=3)
+
+
 class Recipe(Part):
     """A piece that is a file of its own."""
 
@@ -119,6 +126,22 @@ def by_form(expected: str) -> Discriminator:
 def fault(message: str, *place: str | int) -> PydanticCustomError:
     """The error to raise in a validator; ``place`` is counted from the object that it validates."""
     return PydanticCustomError("not_usable", "{told}", {"told": message, "place": place})
+
+
+def require_one_way(to: object, move: Point) -> None:
+    """Refuse what goes to a place and by so far, both."""
+    if to is not None and any(move):
+        raise fault("'move' says how far and 'to' says where; give one", "to")
+
+
+def require_unique(names: Mapping[str, Sequence[str]]) -> None:
+    """Refuse a name that two parts have; ``names`` of all parts of each kind."""
+    first: dict[str, str] = {}
+    for kind, of_kind in names.items():
+        for index, name in enumerate(of_kind):
+            if name in first:
+                raise fault(f"{first[name]} has the name {name!r} too", kind, index, "name")
+            first[name] = f"{kind}[{index}]"
 
 
 def unknown(key: str | int, known: Sequence[str], what: str) -> PydanticCustomError:

@@ -14,16 +14,16 @@ import numpy as np
 
 from henkei.deform import Deformer, DeformQuality, Feature, Fixed, Handle, Pin, Settings
 from henkei.errors import InvalidInput, some
-from henkei.geometry.distance import ClosestPoints
 from henkei.geometry.element_quality import ElementQuality, element_quality
 from henkei.geometry.rotations import matrices_from_vectors
-from henkei.mesh import Attributes, Floats, PolygonMesh, Surface
+from henkei.mesh import Floats, Surface
 from henkei.progress import Progress, part, silent
 from henkei.recipes import deform as recipes
 from henkei.recipes.deform import DeformRecipe
-from henkei.recipes.recipe import LISTED, Point
+from henkei.recipes.recipe import LISTED, OnFace
 from henkei.recipes.regions import Found
 from henkei.workflows.deform_doubts import doubts, strains
+from henkei.workflows.nearest_place import NearestPlace
 from henkei.workflows.regions import Chosen, Regions, naming, require_apart
 
 NEAR = 0.01  # how far from the surface a point of it may be, as a fraction of its diagonal
@@ -258,39 +258,14 @@ def _relate(deformer: Deformer, recipe: DeformRecipe, features: Mapping[str, Fea
 def _point(point: recipes.Place, surface: Surface, place: str) -> Any:
     """A point of the surface as :meth:`Deformer.pin` takes it."""
     match point:
-        case recipes.OnFace():
+        case OnFace():
             return point.face, np.array(point.barycentric)
         case recipes.OnEdge():
             return point.edge, 1 - point.at
         case int():
             return point
     with naming(place):
-        return _nearest(point, surface)
-
-
-def _nearest(point: Point, surface: Surface) -> tuple[int, Floats]:
-    """Face of the surface, and a weight for each of its corners, nearest to a point."""
-    number = Attributes(face={"face": np.arange(surface.face_count)})
-    numbered = PolygonMesh(
-        (surface.vertices), (surface.indices, surface.offsets), attributes=number
-    )
-    triangles = numbered.triangulated()
-    places, distances = ClosestPoints(triangles).query([point])
-    if distances[0] > NEAR * surface.diagonal:
-        corners, weights = triangles.faces[places.face[0]], places.barycentric[0]
-        digits = 6 - int(np.floor(np.log10(surface.diagonal)))
-        there = (np.round(weights @ surface.vertices[corners], digits) + 0.0).tolist()
-        raise InvalidInput(
-            f"{list(point)} is {distances[0]:.4g} away from the surface, more than {NEAR:.0%} of "
-            f"its diagonal; the point nearest to it is {there}"
-        )
-    triangle = int(places.face[0])
-    face = int(triangles.attributes.face["face"][triangle])
-    corners = surface.indices[surface.offsets[face] : surface.offsets[face + 1]]
-    weights = np.zeros(len(corners))
-    for vertex, weight in zip(triangles.faces[triangle], places.barycentric[0], strict=True):
-        weights[np.flatnonzero(corners == vertex)[0]] += weight
-    return face, weights
+        return NearestPlace(surface, "the surface", NEAR).of(point)
 
 
 def _move(handle: Handle, move: recipes.Move) -> None:

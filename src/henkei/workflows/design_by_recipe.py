@@ -15,18 +15,15 @@ from henkei.design.refinement import connectivity, counts
 from henkei.design.settings import checked_refinement
 from henkei.errors import InvalidInput, some
 from henkei.geometry.arguments import numbers
-from henkei.geometry.distance import ClosestPoints
-from henkei.mesh import Attributes, Floats, Mesh, PolygonMesh, Surface
+from henkei.mesh import Mesh, PolygonMesh, Surface
 from henkei.progress import Progress, part, silent
 from henkei.recipes import design as recipes
 from henkei.recipes.design import KINDS, Constraint, DesignRecipe, Kind
-from henkei.recipes.recipe import ORIGIN, Point
-from henkei.topology import Ints
+from henkei.recipes.recipe import ORIGIN
+from henkei.workflows.design_places import Places
 from henkei.workflows.regions import naming
 
-NEAR = 0.1  # how far from the refined cage a point of it may be, as a fraction of its diagonal
 MET = 1e-9  # error of constraints, by the diagonal, up to which they count as met
-NEWTON = 8  # steps to the bilinear weights of a point; of parallelograms the first is exact
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +150,12 @@ def designer_of(cage: Any, recipe: DesignRecipe, progress: Progress = silent) ->
     return designer
 
 
-def constrain(designer: Designer, recipe: DesignRecipe) -> None:
+def constrain(designer: Designer, recipe: DesignRecipe, places: Places | None = None) -> None:
     """Ask of the surface what a recipe asks.
+
+    Parameters
+    ----------
+    places : where the recipe's points are; by default on the cage as it is refined.
 
     Raises
     ------
@@ -163,11 +164,11 @@ def constrain(designer: Designer, recipe: DesignRecipe) -> None:
     if recipe.unpin:
         with naming("unpin"):
             designer.unpin(None if recipe.unpin == "all" else list(recipe.unpin))
-    refined = _Refined(designer)
+    places = places or Places.on_cage(designer)
     for kind in KINDS:
         named = zip(recipe.parts(kind), recipe.names(kind), strict=True)
         for index, (one, name) in enumerate(named):
-            _add(designer, one, name, f"{kind}[{index}]", refined)
+            _add(designer, one, name, f"{kind}[{index}]", places)
 
 
 def solved(
@@ -182,7 +183,17 @@ def solved(
 
 
 def recipe_of(designer: Designer, about: str = "") -> DesignRecipe:
-    """The recipe that makes the same surface of the same cage, to the bit."""
+    """The recipe that makes the same surface of the same cage, to the bit.
+
+    Raises
+    ------
+    InvalidInput : a part of the surface is refined or smoothed alone, which recipes cannot say.
+    """
+    if not designer.is_whole:
+        raise InvalidInput(
+            "a recipe holds no levels that are refined only in part, and no part that is smoothed "
+            "alone: end the latter with smooth_only(), and design without refine(faces)"
+        )
     axis_gamma, gamma = designer.axis_gamma, designer.gamma
     free = np.flatnonzero(~designer.pinned).tolist()
     data: dict[str, Any] = {
@@ -220,16 +231,6 @@ def _place_data(place: Place) -> Any:
     return place if isinstance(place, int) else {"face": place[0], "barycentric": place[1]}
 
 
-def position(surface: Surface, place: Place) -> Floats:
-    """Where a place of a surface is, (3,)."""
-    if isinstance(place, int):
-        corners, weights = [place], [1.0]
-    else:
-        corners, weights = _corners(surface, place[0]).tolist(), list(place[1])
-    there: Floats = np.tensordot(weights, surface.vertices[corners], 1)
-    return there
-
-
 def _doubts(quality: DesignQuality) -> list[str]:
     found = [str(conflict) for conflict in quality.conflicts]
     if quality.constraint_error > MET:
@@ -240,110 +241,44 @@ def _doubts(quality: DesignQuality) -> list[str]:
     return found
 
 
-def _add(designer: Designer, one: Constraint, name: str, field: str, refined: _Refined) -> None:
-    """Ask for one constraint; one that is told by how far it moves goes there from the origin."""
+def _add(designer: Designer, one: Constraint, name: str, field: str, places: Places) -> None:
+    """Ask for one constraint; it gets its target once it is known to fit."""
     match one:
         case recipes.Pin():
-            place = refined.place(one.level, one.point, f"{field}.point")
+            place = places.place(one.level, one.point, f"{field}.point")
             with naming(field):
                 pin = designer.pin(one.level, place, one.to or ORIGIN, name=name)
             if one.to is None:
-                there = position(refined.surface(one.level), pin.place)
-                designer.move(pin, there + one.move)
+                targets = places.moved(one.level, [pin.place], one.move)
+            else:
+                targets = places.brought(one.level, [pin.place], [one.to])
+            designer.move(pin, targets[0])
         case recipes.Curve():
-            path = [
-                refined.place(one.level, point, f"{field}.path[{index}]")
-                for index, point in enumerate(one.path)
-            ]
+            path = _path(designer, one, field, places)
             line = one.to or [ORIGIN] * len(path)
             with naming(field):
                 curve = designer.curve(one.level, path, line, name=name, cutoff=one.cutoff)
             if one.to is None:
-                surface = refined.surface(one.level)
-                there = np.array([position(surface, place) for place in curve.path])
-                designer.move(curve, there + one.move)
+                designer.move(curve, places.moved(one.level, curve.path, one.move))
+            else:
+                designer.move(curve, places.brought(one.level, curve.path, one.to))
         case recipes.Derivative():
-            place = refined.place(one.level, one.point, f"{field}.point")
+            place = places.place(one.level, one.point, f"{field}.point")
             with naming(field):
                 designer.derivative(one.level, place, one.direction, one.to, name=name)
 
 
-class _Refined:
-    """The cage as it is refined, where points are looked for that a recipe gives as [x, y, z]."""
-
-    def __init__(self, designer: Designer) -> None:
-        self._designer = designer
-        self._surfaces: dict[int, Mesh | PolygonMesh] = {}
-        self._triangles: dict[int, tuple[Mesh, ClosestPoints]] = {}
-
-    def place(self, level: int, point: recipes.Place, field: str) -> Place:
-        """A point of a level as a designer takes it.
-
-        Raises
-        ------
-        InvalidInput : [x, y, z] is far from the refined cage; the message names the field.
-        """
-        match point:
-            case int():
-                return point
-            case recipes.OnFace():
-                return point.face, point.barycentric
-        with naming(field):
-            return self._nearest(level, point)
-
-    def surface(self, level: int) -> Mesh | PolygonMesh:
-        """The cage at a level."""
-        if level not in self._surfaces:
-            self._surfaces[level] = self._designer.flat(level)
-        return self._surfaces[level]
-
-    def _nearest(self, level: int, point: Point) -> Place:
-        surface = self.surface(level)
-        if level not in self._triangles:
-            numbered = Attributes(face={"face": np.arange(surface.face_count)})
-            faces = surface.indices, surface.offsets
-            mesh = PolygonMesh(surface.vertices, faces, attributes=numbered).triangulated()
-            self._triangles[level] = mesh, ClosestPoints(mesh)
-        mesh, closest = self._triangles[level]
-        places, distances = closest.query([point])
-        triangle, weights = int(places.face[0]), places.barycentric[0]
-        if distances[0] > NEAR * surface.diagonal:
-            digits = 6 - int(np.floor(np.log10(surface.diagonal)))
-            there = weights @ surface.vertices[mesh.faces[triangle]]
-            raise InvalidInput(
-                f"{list(point)} is {distances[0]:.4g} away from the cage as refined to level "
-                f"{level}, more than {NEAR:.0%} of its diagonal; the point nearest to it is "
-                f"{(np.round(there, digits) + 0.0).tolist()}"
-            )
-        face = int(mesh.attributes.face["face"][triangle])
-        corners = _corners(surface, face)
-        found = np.zeros(len(corners))
-        np.add.at(found, [corners.tolist().index(v) for v in mesh.faces[triangle]], weights)
-        if len(corners) == 4:
-            found = _bilinear(surface.vertices[corners], found)
-        return face, tuple(found.tolist())
-
-
-def _corners(surface: Surface, face: int) -> Ints:
-    return surface.indices[surface.offsets[face] : surface.offsets[face + 1]]
-
-
-def _bilinear(corners: Floats, weights: Floats) -> Floats:
-    """Weights of the bilinear function on a quad (4, 3) for the point that weights on one of its
-    triangles give, or on a quad that is not planar one near it."""
-    point = weights @ corners
-    u, v = weights[1] + weights[2], weights[2] + weights[3]
-    for _ in range(NEWTON):
-        slopes = np.column_stack(
-            [
-                (1 - v) * (corners[1] - corners[0]) + v * (corners[2] - corners[3]),
-                (1 - u) * (corners[3] - corners[0]) + u * (corners[2] - corners[1]),
-            ]
-        )
-        step = np.linalg.lstsq(slopes, point - _grid_weights(u, v) @ corners)[0]
-        u, v = np.clip([u + step[0], v + step[1]], 0, 1).tolist()
-    return _grid_weights(u, v)
-
-
-def _grid_weights(u: float, v: float) -> Floats:
-    return np.array([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])
+def _path(designer: Designer, one: recipes.Curve, field: str, places: Places) -> Sequence[Any]:
+    """The points of a curve; along edges if there are [x, y, z] among them."""
+    path = [
+        places.place(one.level, point, f"{field}.path[{index}]")
+        for index, point in enumerate(one.path)
+    ]
+    if not any(isinstance(point, tuple) for point in one.path):
+        return path
+    through = [
+        places.vertex(one.level, point) if isinstance(point, tuple) else place
+        for point, place in zip(one.path, path, strict=True)
+    ]
+    with naming(f"{field}.path"):
+        return designer.path(one.level, through)

@@ -12,18 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from henkei.design import Constraint, Curve, Derivative, Designer
+from henkei.design.paths import position
 from henkei.errors import InvalidInput
 from henkei.geometry.distance import ClosestPoints, points_on
 from henkei.geometry.visibility import Camera, hidden
-from henkei.io.drawing import OVERSAMPLING, SMOOTH, Drawing, slopes
+from henkei.io.drawing import OVERSAMPLING, SMOOTH, Drawing
 from henkei.io.drawing import Camera as PictureCamera
 from henkei.io.footage import Pixels, path_ending, pillow
 from henkei.io.pictures import CLAY, VIEWS
 from henkei.io.whole import whole
 from henkei.mesh import Floats, Mesh, Surface
 from henkei.progress import Progress, silent
-from henkei.workflows.design_by_recipe import position
-from henkei.workflows.feature_picture import facing
+from henkei.workflows.feature_picture import eye, facing
+from henkei.workflows.taken_up import TakenUp
 
 COLORS = ("#222222", "#2563c9", "#e0661f", "#0f8a5f", "#b3247f", "#7a5a00")
 """Of constraints, by their level; finer ones have the last."""
@@ -181,9 +182,25 @@ def over_axes(
     return panels
 
 
-def _panel(designer: Designer, level: int, caption: str, *, edges: bool) -> Panel:
-    """The surface of a level, and on it the constraints of this and coarser ones."""
-    surface, flat = designer.surface(level), _triangles(designer.flat(level))
+def over_scan(
+    taken: TakenUp, designer: Designer, surface: Surface, *, lines: bool = False
+) -> list[Panel]:
+    """A scan, its cage, the smooth form as it is designed, and the scan's surface changed so."""
+    last = designer.levels
+    return [
+        Panel(taken.scan, f"the scan: {taken.scan.face_count:,} faces", edges=lines),
+        Panel(taken.cage, f"its cage: {taken.cage.face_count:,} quads", edges=True),
+        _panel(designer, last, "its smooth form", edges=lines, shown=taken.form(designer)),
+        _panel(designer, last, f"{surface.face_count:,} quads", edges=lines, shown=surface),
+    ]
+
+
+def _panel(
+    designer: Designer, level: int, caption: str, *, edges: bool, shown: Surface | None = None
+) -> Panel:
+    """The surface of a level, or one on the same faces, and on it the constraints of this and
+    coarser levels."""
+    surface, flat = shown or designer.surface(level), _triangles(designer.flat(level))
     closest = ClosestPoints(flat)
     marks = []
     for number in range(level + 1):
@@ -235,7 +252,7 @@ def _drawn(panel: Panel, camera: PictureCamera) -> Pixels:
     )
     drawn = image.fromarray(drawing.seen_by(camera, "auto"))
     layer = image.new("RGBA", drawn.size, (255, 255, 255, 0))
-    _draw_marks(layer, panel, _eye(camera))
+    _draw_marks(layer, panel, eye(camera, _SIZE))
     drawn.paste(layer, (0, 0), layer)
     pixels: Pixels = np.asarray(drawn.reduce(OVERSAMPLING))
     return pixels
@@ -292,18 +309,6 @@ def _seen(surface: Surface, points: Floats, camera: Camera) -> tuple[NDArray[np.
     numbers = np.arange(len(triangles.vertices), len(together.vertices))
     places = (camera.screen(points)[0] * (1, -1) + 1) / 2 * _SIZE * OVERSAMPLING
     return ~hidden(together, numbers, camera), places
-
-
-def _eye(camera: PictureCamera) -> Camera:
-    """The camera that tells what is hidden from the one that draws."""
-    slope = slopes(_SIZE)
-    return Camera(
-        tuple((camera.focus + camera.distance * camera.frame[2]).tolist()),
-        tuple(camera.focus.tolist()),
-        tuple(camera.frame[1].tolist()),
-        field_of_view=float(np.degrees(2 * np.arctan(slope[1]))),
-        aspect=float(slope[0] / slope[1]),
-    )
 
 
 def _write_header(picture: Any, title: str, levels: Sequence[int]) -> None:

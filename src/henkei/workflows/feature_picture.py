@@ -134,6 +134,18 @@ def facing(mesh: Surface) -> Floats:
     return direction / np.linalg.norm(direction)
 
 
+def eye(camera: PictureCamera, size: tuple[int, int]) -> Camera:
+    """The camera that tells what is hidden, from the one that draws a picture."""
+    slope = slopes(size)
+    return Camera(
+        tuple((camera.focus + camera.distance * camera.frame[2]).tolist()),
+        tuple(camera.focus.tolist()),
+        tuple(camera.frame[1].tolist()),
+        field_of_view=float(np.degrees(2 * np.arctan(slope[1]))),
+        aspect=float(slope[0] / slope[1]),
+    )
+
+
 def _side(mesh: Mesh, painted: Mesh, features: FormFeatures, direction: Floats) -> Pixels:
     """The picture from one side."""
     from PIL import ImageDraw, ImageFont
@@ -141,15 +153,7 @@ def _side(mesh: Mesh, painted: Mesh, features: FormFeatures, direction: Floats) 
     drawn = render(painted, view=tuple(direction.tolist()), size=_SIZE, sharp=30.0)
     points = painted.vertices[np.unique(painted.indices)]
     camera = PictureCamera.showing(points, direction / np.linalg.norm(direction), _SIZE)
-    eye = camera.focus + camera.distance * camera.frame[2]
-    slope = slopes(_SIZE)
-    seen_by = Camera(
-        tuple(eye.tolist()),
-        tuple(camera.focus.tolist()),
-        tuple(camera.frame[1].tolist()),
-        field_of_view=float(np.degrees(2 * np.arctan(slope[1]))),
-        aspect=float(slope[0] / slope[1]),
-    )
+    seen_by = eye(camera, _SIZE)
     picture = pillow().fromarray(drawn)
     draw, font = ImageDraw.Draw(picture), ImageFont.load_default(size=14)
     for feature in features:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from henkei.geometry.element_quality import element_quality
 from henkei.geometry.visibility import Camera, hidden
 from henkei.io.drawing import Camera as PictureCamera
-from henkei.io.drawing import slopes
 from henkei.io.footage import Pixels, path_ending, pillow
 from henkei.io.pictures import render
 from henkei.io.whole import whole
@@ -21,7 +20,7 @@ from henkei.mesh import Floats, PolygonMesh
 from henkei.quad import QuadResult
 from henkei.quad.painting import painted_layout
 from henkei.quad.quality import irregular_vertices
-from henkei.workflows.feature_picture import facing
+from henkei.workflows.feature_picture import eye, facing
 
 SHAPE_COLORS = "OrRd_r"
 """Matplotlib's name of the colours for scaled Jacobians: 1 is light, 0 is dark red."""
@@ -180,15 +179,7 @@ def _mark_radius(mesh: PolygonMesh, camera: Camera) -> float:
 
 def _camera(points: Floats, direction: Floats) -> Camera:
     """That :func:`render` takes its picture with."""
-    camera = PictureCamera.showing(points, direction, _SIZE)
-    slope = slopes(_SIZE)
-    return Camera(
-        tuple((camera.focus + camera.distance * camera.frame[2]).tolist()),
-        tuple(camera.focus.tolist()),
-        tuple(camera.frame[1].tolist()),
-        field_of_view=float(np.degrees(2 * np.arctan(slope[1]))),
-        aspect=float(slope[0] / slope[1]),
-    )
+    return eye(PictureCamera.showing(points, direction, _SIZE), _SIZE)
 
 
 def _write_header(

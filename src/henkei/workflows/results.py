@@ -20,6 +20,7 @@ from henkei.io.whole import whole
 from henkei.quad.result import QuadResult
 from henkei.register.registration import Registration
 from henkei.statistics import ShapeModel
+from henkei.workflows.taken_up import TakenUp
 
 Arrays = Mapping[str, NDArray[Any]]
 Column = tuple[str, tuple[int, ...], str]
@@ -94,6 +95,17 @@ QUADS: dict[str, Column] = {
 }
 """The arrays of quads."""
 
+TAKEN_UP: dict[str, Column] = {
+    "scan.vertices": ("vertices of the scan", (3,), "f"),
+    "scan.faces": ("faces of the scan", (3,), "i"),
+    "cage.faces": ("quads of the cage", (4,), "i"),
+    "vertices": ("vertices", (3,), "f"),
+    "on_scan.face": ("vertices", (), "i"),
+    "on_scan.barycentric": ("vertices", (3,), "f"),
+    "off_scan": ("vertices off the scan", (), "i"),
+}
+"""The arrays of a scan taken up."""
+
 SHAPE_MODEL: dict[str, Column] = {}
 """The arrays of a model of shapes; it checks them itself."""
 
@@ -102,6 +114,7 @@ KINDS: dict[str, tuple[type[Result], Mapping[str, Column]]] = {
     "registration": (Registration, REGISTRATION),
     "quads": (QuadResult, QUADS),
     "shape model": (ShapeModel, SHAPE_MODEL),
+    "scan taken up": (TakenUp, TAKEN_UP),
 }
 """Classes of results and their arrays, by the name that stands in the file."""
 

@@ -31,6 +31,7 @@ from henkei.topology import Ints
 
 COUNTS = (250, 500, 1000, 2000)  # quads of cages that are tried in turn where none is said
 FARTHEST = 0.04  # of the diagonal: how far such a cage and the scan may be apart
+POOR = 0.05  # scaled Jacobian below which a quad is bad
 RELAXED = 60_000  # quads of a level up to which they are evened out; finer ones are even by then
 RINGS = 10  # around folded quads, up to which the surface may leave the scan to be without folds
 
@@ -92,12 +93,17 @@ class LaidLevel:
         folded: Mask = against | (scaled_jacobians(self.points, self.quads) <= 0)
         return folded
 
+    def bad(self, scan: Scan) -> int:
+        """How many quads are folded, or so nearly that their children may be."""
+        poor = scaled_jacobians(self.points, self.quads) < POOR
+        return int(np.count_nonzero(poor | self.folded(scan)))
+
 
 def first_levels(
     mesh: Mesh, quads: int | None, seed: int, progress: Progress
 ) -> tuple[Scan, list[LaidLevel]]:
     """A cage on a scan, and its first refinement: the coarsest of those tried that keeps near the
-    scan and lies without a fold, else that with fewest folds.
+    scan and has no bad quads, else that with fewest.
 
     Raises
     ------
@@ -118,11 +124,11 @@ def first_levels(
         creased[faces.corner_edges] = on_edges(faces.indices.reshape(-1, 4), made.features).ravel()
         cage = LaidLevel(faces, made.mesh.vertices, creased)
         finer = next_level(scan, cage, seed, part(within, 0.6, 1.0))
-        folds = sum(int(np.count_nonzero(one.folded(scan))) for one in (cage, finer))
+        bad = sum(one.bad(scan) for one in (cage, finer))
         far = max(made.quality.distance_to_input, made.quality.distance_from_input)
-        if best is None or (folds, far) < best[0]:
-            best = (folds, far), scan, [cage, finer]
-        if not folds and far <= FARTHEST:
+        if best is None or (bad, far) < best[0]:
+            best = (bad, far), scan, [cage, finer]
+        if not bad and far <= FARTHEST:
             break
     if best is None:
         assert failure is not None, "there is always a count"

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from henkei.design.constraints import Curve, Derivative, Pin
 from henkei.design.designer import Designer
+from henkei.design.paths import position
 from henkei.design.pyramid import Pyramid
 from henkei.design.settings import MOST_LEVELS, checked_count
-from henkei.errors import InvalidInput
-from henkei.geometry.correspondence import SurfacePoints
+from henkei.errors import InvalidFile, InvalidInput
+from henkei.geometry.correspondence import SurfacePoints, attribute_arrays, attributes_in
 from henkei.geometry.distance import ClosestPoints, points_on, sampled, used_vertices
-from henkei.geometry.rotations import best_rotations
-from henkei.mesh import Floats, Mesh, PolygonMesh
+from henkei.mesh import Attributes, Floats, Mesh, PolygonMesh
 from henkei.progress import Progress, part, silent
-from henkei.quad.relaxation import quad_normals, scaled_jacobians, split_quads
+from henkei.quad.relaxation import scaled_jacobians, split_quads
 from henkei.quad.surfaces import Wound
 from henkei.quad.wishes import checked_seed
 from henkei.workflows.scan_levels import (
@@ -28,6 +30,9 @@ from henkei.workflows.scan_levels import (
     next_level,
     without_folds,
 )
+from henkei.workflows.scan_turns import rotations_between
+
+T = TypeVar("T")
 
 SAMPLES = 50_000  # places at which each distance is measured, beside the vertices
 
@@ -74,6 +79,7 @@ class TakenUp:
     on_scan: SurfacePoints
     off_scan: NDArray[np.intp]
     quality: TakenUpQuality
+    _solved: dict[str, tuple[object, Any]] = field(default_factory=dict, init=False)
 
     @property
     def levels(self) -> int:
@@ -102,28 +108,41 @@ class TakenUp:
     def shape(self, design: Designer, *, frames: bool = True) -> PolygonMesh:
         """The scan's surface, its coarse form changed as a design says, its detail kept.
 
-        Detail is what the scan has beyond the surface that the designer makes of the cage without
-        constraints: :meth:`surface` itself for a design without any.
+        Every point moves as far as the design moves it from where it is *at rest*, with constraints
+        of the same kind at the same places that ask for nothing but the :meth:`forms`. So a
+        constraint whose target is its place there leaves the scan as it is, to rounding, and
+        vertices of the cage that are let go leave it alone.
 
         Parameters
         ----------
         design : by :meth:`designer`, with constraints at any level, targets being places of the
-            smooth form.
-        frames : turn the detail with the surface beneath it; else it is only shifted, and the
-            result is linear in what is asked for.
+            smooth forms.
+        frames : turn the detail, what the scan has beyond the finest of the forms, with the surface
+            beneath it; else it is only shifted, and the result is linear in what is asked for.
 
         Raises
         ------
         InvalidInput : a design on another cage, or with other levels.
         """
-        after = self._designed(design)
-        before = self._unconstrained(design)
-        now = self.surface
-        points = now.vertices + (after.vertices - before.vertices)
-        if frames:
-            turn = _turns(before, after) - np.eye(3)
+        now, after = self.surface, self.form(design)
+        before = self.forms(design)[-1]
+        change = after.vertices - before.vertices
+        points = now.vertices + change
+        if frames and change.any():
+            turn = rotations_between(before, after) - np.eye(3)
             points += np.einsum("nij,nj->ni", turn, now.vertices - before.vertices)
         return PolygonMesh(points, (now.indices, now.offsets), attributes=now.attributes)
+
+    def form(self, design: Designer) -> PolygonMesh:
+        """The finest of the :meth:`forms`, moved as :meth:`shape` moves the scan.
+
+        Raises
+        ------
+        InvalidInput : a design on another cage, or with other levels.
+        """
+        designed = self._designed(design)
+        form, move = self.forms(design)[-1], designed.vertices - self._at_rest(design)
+        return PolygonMesh(form.vertices + move, (form.indices, form.offsets))
 
     def with_detail_of(
         self, design: Designer, level: int = 1, *, frames: bool = True
@@ -157,8 +176,94 @@ class TakenUp:
             )
         return surface
 
-    def _unconstrained(self, design: Designer) -> PolygonMesh:
-        """The surface of a design with the same settings and no edits."""
+    def forms(self, design: Designer) -> list[PolygonMesh]:
+        """The smooth surfaces of all levels that a designer with these settings makes of the cage
+        without constraints."""
+
+        def made() -> list[PolygonMesh]:
+            plain = self._like(design)
+            return [_polygons(plain.surface(level)) for level in range(self.levels + 1)]
+
+        return self._kept("forms", _settings(design), made)
+
+    def carried(self, surface: PolygonMesh) -> PolygonMesh:
+        """A surface of the finest level with the scan's colours, labels and other values at
+        vertices; normals are left out."""
+        values = self.scan.attributes.without("normal").vertex
+        pulled = {name: self.on_scan.pull(self.scan, array) for name, array in values.items()}
+        faces = surface.indices, surface.offsets
+        return PolygonMesh(surface.vertices, faces, attributes=Attributes(vertex=pulled))
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Everything as arrays by name, for a file; :meth:`from_arrays` undoes it."""
+        arrays: dict[str, NDArray[Any]] = {
+            "scan.vertices": self.scan.vertices,
+            "scan.faces": self.scan.faces,
+            "cage.faces": np.asarray(self.cage.faces),
+            "vertices": self.surface.vertices,
+            "on_scan.face": self.on_scan.face,
+            "on_scan.barycentric": self.on_scan.barycentric,
+            "off_scan": self.off_scan,
+        }
+        arrays |= attribute_arrays(self.scan.attributes, "attributes")
+        return arrays | {f"quality.{n}": np.array(v) for n, v in asdict(self.quality).items()}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> TakenUp:
+        """The scan that :meth:`to_arrays` took apart.
+
+        Raises
+        ------
+        InvalidFile : an array is missing, or names what does not exist.
+        InvalidMesh, InvalidInput : faces or positions that do not fit each other.
+        """
+        try:
+            attributes = attributes_in(arrays, "attributes")
+            scan = Mesh(arrays["scan.vertices"], arrays["scan.faces"], attributes=attributes)
+            on_scan = SurfacePoints(arrays["on_scan.face"], arrays["on_scan.barycentric"])
+            quads, points, off = arrays["cage.faces"], arrays["vertices"], arrays["off_scan"]
+            fields = TakenUpQuality.__dataclass_fields__
+            quality = TakenUpQuality(**{n: arrays[f"quality.{n}"].item() for n in fields})
+        except KeyError as missing:
+            raise InvalidFile(f"not a whole scan taken up: {missing} is missing") from None
+        for name, values, count in (
+            ("on_scan.face", on_scan.face, scan.face_count),
+            ("off_scan", off, len(points)),
+        ):
+            if not np.isin(values, np.arange(count)).all():
+                raise InvalidFile(f"{name} names what does not exist")
+        # Vertices of the cage have the same numbers at the finest level.
+        cage = PolygonMesh(points[: quads.max(initial=-1) + 1], quads)
+        return cls(scan, Pyramid.on(cage, points, refinement="quads"), on_scan, off, quality)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return TakenUp.from_arrays, (self.to_arrays(),)
+
+    def _at_rest(self, design: Designer) -> Floats:
+        """Vertices (n, 3) of a design with the same constraints, that ask for what is there."""
+
+        def made() -> Floats:
+            rest, forms = self._like(design), self.forms(design)
+            rest.unpin(np.flatnonzero(~design.pinned))
+            for one in design.constraints:
+                form = forms[one.level]
+                match one:
+                    case Pin():
+                        rest.pin(one.level, one.place, position(form, one.place))
+                    case Curve():
+                        path = [position(form, place) for place in one.path]
+                        rest.curve(one.level, one.path, path, cutoff=one.cutoff)
+                    case Derivative():
+                        there = (one.rows @ form.vertices)[0]
+                        rest.derivative(one.level, one.place, one.direction, there)
+            return rest.solve().vertices
+
+        # Rows of constraints never change.
+        asked = _settings(design), design.pinned.tobytes(), tuple(design.constraints)
+        return self._kept("at rest", asked, made)
+
+    def _like(self, design: Designer) -> Designer:
+        """A designer of this cage with the same settings and no constraints."""
         plain = self.designer(
             gamma=design.gamma,
             steps=design.steps,
@@ -167,7 +272,14 @@ class TakenUp:
         )
         plain.axis_gamma = design.axis_gamma
         plain.axis_smoothing = design.axis_smoothing
-        return _polygons(plain.solve())
+        return plain
+
+    def _kept(self, name: str, asked: object, made: Callable[[], T]) -> T:
+        """What was made when this was asked for last, or is made now."""
+        if name not in self._solved or self._solved[name][0] != asked:
+            self._solved[name] = asked, made()
+        kept: T = self._solved[name][1]
+        return kept
 
     def __repr__(self) -> str:
         q = self.quality
@@ -187,8 +299,8 @@ def take_up(
     Parameters
     ----------
     scan : triangles (polygons are split): manifold and orientable, open or closed, of any genus.
-    quads : about how many the cage is to have; where none is said, as few of 250 to 2,000 as go
-        without folds and keep within 4 % of the diagonal.
+    quads : about how many the cage is to have; where none is said, as few of 250 to 2,000 as lie
+        without folds within 4 % of the diagonal.
     levels : how often the cage is refined; by default until there are as many quads as vertices of
         the scan.
     seed : for what is left to chance where quads are bad.
@@ -259,27 +371,11 @@ def _measured(
     )
 
 
-def _turns(before: PolygonMesh, after: PolygonMesh) -> Floats:
-    """Rotations (n, 3, 3) that take the edges and the normal at each vertex best from one surface
-    to the other."""
-    edges = before.topology.edges
-    x, y = (s.vertices[edges[:, 1]] - s.vertices[edges[:, 0]] for s in (before, after))
-    products = np.zeros((len(before.vertices), 3, 3))
-    for end in edges.T:
-        np.add.at(products, end, y[:, :, None] * x[:, None, :])
-    x, y = (_normals(surface) for surface in (before, after))
-    size = np.linalg.norm(products, axis=(1, 2))
-    return best_rotations(products + size[:, None, None] * y[:, :, None] * x[:, None, :])
-
-
-def _normals(surface: PolygonMesh) -> Floats:
-    """Unit normals (n, 3) at the vertices."""
-    quads = surface.indices.reshape(-1, 4)
-    total = np.zeros_like(surface.vertices)
-    np.add.at(total, quads, quad_normals(surface.vertices, quads)[:, None])
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    normals: Floats = total / np.where(length > 0, length, 1)
-    return normals
+def _settings(design: Designer) -> tuple[object, ...]:
+    """What decides a design without constraints, to be compared."""
+    axes = None if design.axis_gamma is None else tuple(design.axis_gamma)
+    shared = tuple(np.ravel(design.gamma)), axes, design.axis_smoothing
+    return *shared, design.steps, design.support, design.interpolating
 
 
 def _polygons(surface: Mesh | PolygonMesh) -> PolygonMesh:
