@@ -190,3 +190,9 @@ def test_arrays_of_other_libraries_come_along():
     coloured = mesh.to_trimesh()
     coloured.visual.vertex_colors = np.tile([255, 0, 51, 255], (len(mesh.vertices), 1))
     assert np.allclose(hk.Mesh.from_any(coloured).attributes.vertex["color"][3], [1, 0, 0.2, 1])
+
+
+def test_faces_of_several_sizes_in_a_list_are_a_polygon_mesh():
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]]
+    mesh = hk.Designer((corners, [[0, 1, 2, 3], [1, 4, 2]]), 1).cage
+    assert np.diff(mesh.offsets).tolist() == [4, 3]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -46,9 +46,17 @@ def surface_from(source: Any) -> Mesh | PolygonMesh:
 
 
 def _from_arrays(vertices: Any, faces: Any) -> Mesh | PolygonMesh:
+    if not isinstance(faces, tuple) and _is_ragged(faces):
+        return PolygonMesh.from_faces(vertices, faces)
     if isinstance(faces, tuple) or (np.ndim(faces) == 2 and np.shape(faces)[1] != 3):
         return PolygonMesh(vertices, faces)
     return Mesh(vertices, faces)
+
+
+def _is_ragged(faces: Any) -> bool:
+    """Whether this is a list of faces of several sizes."""
+    listed = isinstance(faces, list) and all(isinstance(face, Sequence) for face in faces)
+    return listed and len({len(face) for face in faces}) > 1
 
 
 def _trimesh_attributes(source: Any) -> Attributes:

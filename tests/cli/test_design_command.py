@@ -251,7 +251,6 @@ BOW = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3\nf 1 4 5\n"
     ("arguments", "reason"),
     [
         ([], "no cage given, as in: henkei design cage.obj --recipe head.json -o head.obj"),
-        (["box.obj", "-o", "a.obj"], "no recipe given"),
         (DESIGN[1:], "nothing to write; name a file"),
         ([*DESIGN[1:], "-o", "a.xyz"], "a.xyz: nothing is written under the ending '.xyz'"),
         ([*DESIGN[1:], "-o", "a.png"], "a picture is asked for by --picture a.png"),
@@ -327,3 +326,17 @@ def test_a_recipe_that_does_not_fit_is_told(folder, capsys, place, value, reason
     assert out == ""
     assert reason in words(err)
     assert not Path("a.obj").exists()
+
+
+def test_without_a_recipe_the_cage_alone_is_smoothed(folder, capsys):
+    assert main([*DESIGN[:2], "-o", "alone.obj", "--level", "2"]) == 0
+    assert "none: the cage alone" in capsys.readouterr().out
+    expected = hk.Designer("box.obj", 2).surface()
+    np.testing.assert_allclose(hk.read("alone.obj").vertices, expected.vertices, rtol=0, atol=1e-14)
+
+
+def test_how_far_the_finest_surface_is_from_coarse_pins_is_told(folder, capsys):
+    recipe = {"pins": [{"level": 1, "point": 20, "move": [0, 0, 1]}]}
+    Path("far.json").write_text(json.dumps(recipe))
+    assert main([*DESIGN[:2], "--recipe", "far.json", "-o", "far.obj"]) == 0
+    assert "passes pins of coarser levels at up to" in capsys.readouterr().out

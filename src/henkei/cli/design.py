@@ -85,6 +85,7 @@ def design(
         The coarse mesh: `.obj`, `.ply`, `.off` ...; its texture coordinates are carried along.
     recipe
         A JSON file with what is to be met at each level; `--schema` has all that it may say.
+        Without one the cage alone is smoothed.
     output
         A file to write; may be repeated. `.obj`, `.ply`: quads or triangles with texture
         coordinates; `.glb`, `.gltf`: triangles with texture coordinates, rounded to float32;

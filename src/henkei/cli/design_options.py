@@ -28,7 +28,7 @@ class Designing:
     level
         How many times the cage is refined. Constraints of finer levels are then left out.
     gamma
-        How far constraints reach: above 1 smooth, below 1 faceted.
+        Above 1 smooth (8 leaves nothing of the cage's facets), below 1 faceted.
     axis_gamma
         The same for each axis: `--axis-gamma 2,2,0.5`.
     painted

@@ -11,6 +11,7 @@ import numpy as np
 
 from henkei.cli.design_options import Designing, Drawn
 from henkei.cli.outputs import Written, require_places
+from henkei.design import DesignQuality
 from henkei.design.memory import require_memory
 from henkei.errors import InvalidInput, InvalidMesh, some
 from henkei.io import read, write
@@ -31,6 +32,9 @@ from henkei.workflows.design_files import held, require_ending, write_example
 from henkei.workflows.design_picture import design_picture
 
 Lines = list[tuple[str, str]]
+
+NO_RECIPE = "none: the cage alone"
+FAR = 1e-3  # of the diagonal, from which on it is told
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,12 +126,14 @@ def read_task(cage: Path | None, recipe: Path | None, example: str | None, how: 
         return _example(example, how)
     if how.painted:
         raise InvalidInput("--painted is about an example; add --example NAME")
-    if cage is None or recipe is None:
-        missing = "cage" if cage is None else "recipe"
+    if cage is None:
         raise InvalidInput(
-            f"no {missing} given, as in: henkei design cage.obj --recipe head.json -o head.obj, or "
+            "no cage given, as in: henkei design cage.obj --recipe head.json -o head.obj, or "
             "henkei design --example head -o head.obj"
         )
+    if recipe is None:
+        nothing = DesignRecipe()
+        return Task(read(cage), str(cage), how.applied(nothing), nothing, NO_RECIPE, (cage,))
     found = DesignRecipe.read(recipe)
     return Task(read(cage), str(cage), how.applied(found), found, str(recipe), (cage, recipe))
 
@@ -264,12 +270,19 @@ def result_lines(recipe: DesignRecipe, done: Designed) -> Lines:
         gamma = f"gamma {recipe.gamma:g}"
     return [
         ("solved", f"{gamma}, {recipe.steps} steps, in {done.seconds:.2g} s"),
-        ("met", f"constraints to {q.constraint_error:.1e} of the diagonal"),
+        ("met", f"constraints to {q.constraint_error:.1e} of the diagonal, each at its level"),
+        *([("finest", away)] if (away := _away(q)) else []),
         (
             "roughness",
             f"{', '.join(f'{value:.2g}' for value in q.roughness)} of the diagonal, level by level",
         ),
     ]
+
+
+def _away(quality: DesignQuality) -> str:
+    """How far the finest surface is from where vertices of coarser levels are pinned."""
+    told = [f"{far:.2g} (level {k})" for k, far in enumerate(quality.offsets) if far > FAR]
+    return f"surface passes pins of coarser levels at up to {', '.join(told)}" if told else ""
 
 
 def result_entry(done: Designed) -> dict[str, Any]:

@@ -108,6 +108,11 @@ class Designer(LocalEdits):
         self._meshes = Meshes(self._cage, self._levels)
         self._live = Live(self._system, self._cage.vertices, settings)
 
+    def __repr__(self) -> str:
+        sizes = f"{self._levels[0].size} vertices to {self._levels[-1].size}"
+        asked = len(self._system.constraints)
+        return f"Designer(levels 0 to {self.levels}, {sizes}, {asked} constraints)"
+
     @property
     def cage(self) -> Surface:
         """The cage as it was given."""
@@ -327,19 +332,24 @@ class Designer(LocalEdits):
         return int(((self._meshes.flat(number) - there) ** 2).sum(axis=1).argmin())
 
     def path(self, level: int, through: Sequence[Any]) -> list[int]:
-        """The vertices of a level on the shortest way along edges of its flat cage, for a curve.
+        """The vertices of a level on the shortest way along edges of its flat cage, and straight
+        across its quads, for a curve.
 
         Parameters
         ----------
-        through : at least two vertices, or points (3,) whose nearest vertices are meant; if the
-            last is the first, the way is closed.
+        through : at least two vertices, or points (3,) whose nearest vertices are meant, those in
+            a row with the same one once; if the last is the first, the way is closed.
 
         Raises
         ------
         InvalidInput : too few, two in a row that are the same, or no way between them.
         """
         number = self._require_level(level)
-        vertices = [v if is_index(v) else self.nearest(number, v) for v in through]
+        vertices: list[int] = []
+        for place in through:
+            vertex = place if is_index(place) else self.nearest(number, place)
+            if is_index(place) or vertices[-1:] != [vertex]:
+                vertices.append(vertex)
         checked_indices(vertices, self._levels[number].size, "vertices", f"level {number}")
         return edge_path(self._connectivities[number], self._meshes.flat(number), vertices)
 

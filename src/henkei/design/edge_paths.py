@@ -1,4 +1,4 @@
-"""Ways along edges, for curves that say exactly where the surface goes."""
+"""Ways from vertex to vertex, for curves that say exactly where the surface goes."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from scipy.sparse.csgraph import dijkstra
 from henkei.design.refinement import Connectivity
 from henkei.errors import InvalidInput
 from henkei.mesh import Floats
+from henkei.topology import Ints
 
 LEAST = 1e-12  # of the mean length: edges without length are edges, too
 
 
 def edge_path(faces: Connectivity, positions: Floats, through: Sequence[int]) -> list[int]:
-    """The vertices on the shortest way along edges through some of them, in turn.
+    """The vertices on the shortest way along edges, and straight across quads, through some of
+    them in turn.
 
     Parameters
     ----------
@@ -30,10 +32,11 @@ def edge_path(faces: Connectivity, positions: Floats, through: Sequence[int]) ->
     """
     if len(through) < 2:
         raise InvalidInput("a way leads through at least two vertices")
-    start, end = faces.edges.T
+    start, end = np.concatenate([faces.edges, _diagonals(faces)]).T
     lengths = np.linalg.norm(positions[start] - positions[end], axis=1)
-    lengths = lengths + LEAST * (lengths.mean() or 1.0)
-    graph = csr_array((lengths, (start, end)), shape=(faces.vertex_count,) * 2)
+    ends, kept = np.unique(np.sort([start, end], axis=0), axis=1, return_index=True)
+    lengths = lengths[kept] + LEAST * (lengths.mean() or 1.0)
+    graph = csr_array((lengths, tuple(ends)), shape=(faces.vertex_count,) * 2)
     way = [int(through[0])]
     for first, last in pairwise(map(int, through)):
         if first == last:
@@ -47,3 +50,10 @@ def edge_path(faces: Connectivity, positions: Floats, through: Sequence[int]) ->
             back.append(before[back[-1]])
         way += back[-2::-1]
     return way
+
+
+def _diagonals(faces: Connectivity) -> Ints:
+    """Both diagonals (d, 2) of all quads."""
+    quads = faces.offsets[:-1][faces.sizes == 4]
+    corners = faces.indices[quads[:, None] + np.arange(4)]
+    return np.concatenate([corners[:, [0, 2]], corners[:, [1, 3]]])

@@ -172,7 +172,8 @@ def checked_path(places: Any, site: Site) -> list[Point]:
         if not faces[number] & faces[number + 1]:
             raise InvalidInput(
                 f"{site.name!r}: {both} have no common face at level {site.level}; add the point "
-                "where the path crosses the edge between them"
+                "where the path crosses the edge between them, or let Designer.path(level, points) "
+                "join vertices"
             )
         if same:
             raise InvalidInput(f"{site.name!r}: {both} are the same point; leave one out")

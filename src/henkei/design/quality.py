@@ -10,9 +10,10 @@ import numpy as np
 from henkei._kernels import smoothed
 from henkei.design.attached import found_by_all
 from henkei.design.conflicts import Conflict
+from henkei.design.constraints import Pin
 from henkei.design.levels import Level
 from henkei.design.multilevel import Shape
-from henkei.design.part import whole
+from henkei.design.part import PartialLevel, whole
 from henkei.design.system import System
 from henkei.mesh import Floats
 
@@ -26,6 +27,8 @@ class DesignQuality:
     constraints : how many there are of each level, but for pins of the cage.
     redundant : rows of constraints that follow from others, and agree.
     conflicts : constraints that can't be met together and were averaged, the worst first.
+    offsets : of each level: the most that the finest surface is away from where a vertex of that
+        level is pinned; the level itself is there, and finer ones add to it.
     roughness : of each level: root mean square of what a vertex is off the mean of its neighbours.
     """
 
@@ -34,6 +37,7 @@ class DesignQuality:
     constraints: tuple[int, ...]
     redundant: int
     conflicts: tuple[Conflict, ...]
+    offsets: tuple[float, ...]
     roughness: tuple[float, ...]
 
 
@@ -52,11 +56,20 @@ def measured(
         tuple(len(system.of_level(level.number)) for level in levels),
         depend.redundant,
         depend.conflicts,
+        tuple(_offset(system, level.number, finest) / diagonal for level in levels),
         tuple(
             _roughness(level, shape.positions) / diagonal
             for level, shape in zip(levels, found, strict=True)
         ),
     )
+
+
+def _offset(system: System, number: int, finest: Floats) -> float:
+    if isinstance(system.levels[number], PartialLevel):
+        return 0.0
+    pins = [one for one in system.of_level(number) if isinstance(one, Pin)]
+    away = [finest[one.place] - one.target for one in pins if isinstance(one.place, int)]
+    return max((float(np.linalg.norm(by)) for by in away), default=0.0)
 
 
 def _roughness(level: Level, positions: Floats) -> float:

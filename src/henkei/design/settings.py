@@ -17,6 +17,7 @@ from henkei.geometry.arguments import is_number, numbers
 from henkei.mesh import Floats
 
 AXES = 3
+MOST_SUPPORT = 8  # beyond, wavelets are those of None to 1e-5, at great cost
 MOST_GAMMA = 1e10  # its powers over all levels are still numbers
 MOST_APART = 1e100  # weights of two levels
 MOST_LEVELS = 30  # far more faces than can be numbered, of any cage
@@ -119,7 +120,7 @@ def checked_support(support: Any, interpolating: Any) -> Support:
         raise InvalidInput("interpolating takes no wavelets; leave support=None")
     if interpolating:
         return "interpolating"
-    return None if support is None else checked_count(support, "support")
+    return None if support is None else checked_count(support, "support", MOST_SUPPORT)
 
 
 def checked_indices(given: Any, count: int, kind: str, owner: str) -> NDArray[np.int64]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -45,7 +47,7 @@ class Designed:
 
 def design_by_recipe(
     cage: Any,
-    recipe: DesignRecipe,
+    recipe: Any,
     *,
     levels: int | None = None,
     gamma: float | Sequence[float] | None = None,
@@ -56,7 +58,7 @@ def design_by_recipe(
     Parameters
     ----------
     cage : as :class:`henkei.Designer` takes it.
-    recipe : see :class:`henkei.recipes.design.DesignRecipe`.
+    recipe : a :class:`henkei.recipes.design.DesignRecipe`, its data as a dictionary, or its file.
     levels, gamma : in place of the recipe's. Constraints of levels that are then finer than the
         last one are left out, with a warning; the others give the same surface at these levels.
 
@@ -65,6 +67,10 @@ def design_by_recipe(
     HenkeiError : as :class:`henkei.Designer`; where a constraint does not fit the cage, the message
         names its field in the recipe.
     """
+    if isinstance(recipe, str | os.PathLike):
+        recipe = DesignRecipe.read(Path(recipe))
+    elif not isinstance(recipe, DesignRecipe):
+        recipe = DesignRecipe.of(recipe)
     chosen = adapted(recipe, levels=levels, gamma=gamma)
     designer = designer_of(cage, chosen, part(progress, 0.0, 0.3))
     constrain(designer, chosen)
