@@ -222,8 +222,10 @@ class Outputs:
 def task_lines(task: Task) -> Lines:
     """What is refined, by which recipe, how large its levels are, and what is asked of them."""
     vertices, _, faces = task.sizes[0]
+    pieces = task.cage.topology.component_count
+    apart = f", in {pieces:,} separate pieces" if pieces > 1 else ""
     lines = [
-        ("cage", f"{task.cage_name}: {vertices:,} vertices, {faces:,} faces"),
+        ("cage", f"{task.cage_name}: {vertices:,} vertices, {faces:,} faces{apart}"),
         ("recipe", task.recipe_name),
         *([("about", task.recipe.about)] if task.recipe.about else []),
     ]
