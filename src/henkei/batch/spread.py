@@ -199,24 +199,37 @@ def _on_dask(
     run = token_hex(4)
     # A task rather than scattered data: it is made again if the worker that has it dies.
     shared = client.submit(_itself, plan, key=f"plan-{run}")
-    index: dict[str, int] = {}
+    on_the_way: dict[str, Job] = {}
+    blamed: list[Job] = []
     running = as_completed()
+
+    def send(job: Job, key: str) -> None:
+        on_the_way[key] = job
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Sending large graph")
+            running.add(client.submit(worked, shared, job, key=key, pure=False))
 
     def fill() -> None:
         room = (at_once or _in_flight(client)) - running.count()
         for job in islice(jobs, max(room, 0)):
-            key = f"scan-{run}-{job.index}"
-            index[key] = job.index
-            with warnings.catch_warnings():
-                warnings.filterwarnings("ignore", message="Sending large graph")
-                running.add(client.submit(worked, shared, job, key=key, pure=False))
+            send(job, f"scan-{run}-{job.index}")
 
     try:
         fill()
         for future in running:
-            outcome = _outcome(future, index.pop(future.key))
+            job = on_the_way.pop(future.key)
+            if _killed(future):
+                blamed.append(job)
+                fill()
+                continue
+            outcome = _outcome(future, job.index)
             fill()
             yield outcome
+        # Of those that were with a worker when it died, one did it: each is tried by itself.
+        for job in blamed:
+            send(job, f"scan-{run}-{job.index}-alone")
+            future = next(running)
+            yield _outcome(future, on_the_way.pop(future.key).index)
     finally:
         with suppress(Exception):
             client.cancel([shared, *running.futures], force=True)
@@ -232,10 +245,15 @@ def _in_flight(client: Client) -> int:
     return max(FEWEST_IN_FLIGHT, threads + threads // 4)
 
 
-def _outcome(future: Future, index: int) -> Outcome:
-    """What came of a job, whatever happened to it."""
+def _killed(future: Future) -> bool:
+    """Whether workers died each time they had this job."""
     from distributed import KilledWorker
 
+    return future.status == "error" and isinstance(future.exception(), KilledWorker)
+
+
+def _outcome(future: Future, index: int) -> Outcome:
+    """What came of a job, whatever happened to it."""
     if future.status in ("cancelled", "lost"):
         raise HenkeiError(
             "the Dask scheduler is gone, or dropped the work; run the same command again to go on "
@@ -245,7 +263,7 @@ def _outcome(future: Future, index: int) -> Outcome:
     if error is None:
         outcome: Outcome = future.result()
         return outcome
-    if isinstance(error, KilledWorker):
+    if _killed(future):
         reason = "the worker's process ended each time it was tried; was there enough memory?"
     else:
         reason = f"the worker could not do it: {type(error).__name__}: {error}"
