@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cages import ask_again, constrained
 from henkei.design import Designer
 from henkei.errors import InvalidInput
-from henkei.shapes import cube_cage, tetrahedron_cage
+from henkei.shapes import cube_cage, tetrahedron_cage, torus_cage
 
 
 @pytest.mark.parametrize("kind", ["pin", "curve", "derivative"])
@@ -181,3 +181,19 @@ def test_settings_given_as_arrays_are_kept_as_they_were():
     np.testing.assert_array_equal(designer.surface().vertices, before)
     with pytest.raises(ValueError, match="read-only"):
         designer.gamma[0] = 5
+
+
+def test_a_cage_pinned_vertex_by_vertex_is_the_cage_as_it_is_pinned():
+    cage = torus_cage(5, 4)
+    plain, pinned = Designer(cage, 2), Designer(cage, 2)
+    for vertex, place in enumerate(cage.vertices):
+        pinned.pin(0, vertex, place)
+    centre = cage.vertices[cage.faces[0]].mean(axis=0)
+    pinned.pin(0, (0, [0.25] * 4), centre)  # follows from those of its corners
+    np.testing.assert_allclose(
+        pinned.surface().vertices, plain.surface().vertices, rtol=0, atol=1e-13
+    )
+    assert pinned.quality.redundant == 1
+    assert not pinned.quality.conflicts
+    pinned.pin(0, (1, [0.25] * 4), centre)
+    assert pinned.quality.conflicts

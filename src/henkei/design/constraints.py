@@ -6,6 +6,7 @@ faces alone; only the target may change afterwards.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -42,7 +43,7 @@ FARTHEST = 1e150  # from the origin, so that squares do not overflow
 Direction = int | tuple[float, ...]
 
 
-class Constraint:
+class Constraint(ABC):
     """Rows of eq. 14 at one level, and what they shall give.
 
     name : in messages and recipes.
@@ -85,9 +86,9 @@ class Constraint:
         return self._targets
 
     @property
+    @abstractmethod
     def where(self) -> str:
         """What it acts on, in words."""
-        raise NotImplementedError
 
     def __str__(self) -> str:
         return f"{self.name} ({self.where} of level {self.level})"

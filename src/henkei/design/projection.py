@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
-from scipy.sparse import block_diag, csc_array, csr_array, diags_array
+from scipy.sparse import coo_array, csc_array, csr_array, diags_array
 from scipy.sparse.csgraph import connected_components
 
 from henkei._kernels import dual_columns
@@ -59,10 +59,6 @@ class Rows:
     pinned: bool
     matrices: list[Sparse | None]
     let_go: NDArray[np.integer] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-
-    def count(self, level: int) -> int:
-        """How many rows there are up to a level, but for the pins of the whole cage."""
-        return sum(m.shape[0] for m in self.matrices[: level + 1] if m is not None)
 
 
 def duals(level: Level, rows: Sparse) -> Sparse:
@@ -257,7 +253,7 @@ class Stacked:
         self._stacked, self._here = stacked, here
         self._transposed = freed(level, stacked.T)
         products = compact(stacked @ self._transposed)
-        self._inverse, self.nullspace = _by_parts(products)
+        self._inverse, self.nullspace = inverse_by_parts(products)
 
     def measure(self, change: Floats) -> Floats:
         return times(self._stacked, change)
@@ -270,22 +266,30 @@ class Stacked:
         add_times(self._transposed, rest, change)
 
 
-def _by_parts(products: Sparse) -> tuple[Sparse, Floats]:
-    """As :func:`pseudo_inverse`, for each set of rows that have to do with each other."""
-    count = products.shape[0]
+def inverse_by_parts(products: Sparse) -> tuple[Sparse, Floats]:
+    """As :func:`pseudo_inverse`, for each set of rows that have to do with each other; the basis of
+    the nullspace is orthonormal."""
+    count, diagonal = products.shape[0], products.diagonal()
     _, part = connected_components(products, directed=False)
-    order = np.argsort(part, kind="stable")
-    inverses, nulls = [], [np.zeros((count, 0))]
-    for rows in np.split(order, np.flatnonzero(np.diff(part[order])) + 1):
-        block = products[rows][:, rows].toarray()
+    alone = np.bincount(part)[part] == 1
+    single, nothing = (
+        np.flatnonzero(alone & (diagonal > 0)),
+        np.flatnonzero(alone & (diagonal <= 0)),
+    )
+    rows, columns, values = [single], [single], [1 / diagonal[single]]
+    nulls = [np.eye(count)[:, nothing] if len(nothing) else np.zeros((count, 0))]
+    order = np.flatnonzero(~alone)[np.argsort(part[~alone], kind="stable")]
+    for members in np.split(order, np.flatnonzero(np.diff(part[order])) + 1) if len(order) else ():
+        block = products[members][:, members].toarray()
         inverse, null = pseudo_inverse(block, np.sqrt(np.diag(block)))
-        inverses.append(inverse)
+        rows.append(np.repeat(members, len(members)))
+        columns.append(np.tile(members, len(members)))
+        values.append(inverse.ravel())
         nulls.append(np.zeros((count, null.shape[1])))
-        nulls[-1][rows] = null
-    back = np.argsort(order)
-    whole = compact(block_diag(inverses, format="csr")) if count else products
-    null = np.linalg.qr(np.concatenate(nulls, axis=1))[0]
-    return compact(whole[back][:, back]), null
+        nulls[-1][members] = np.linalg.qr(null)[0]
+    places = np.concatenate(rows), np.concatenate(columns)
+    whole = coo_array((np.concatenate(values), places), shape=(count, count))
+    return compact(whole), np.concatenate(nulls, axis=1)
 
 
 def pseudo_inverse(products: Floats, lengths: Floats) -> tuple[Floats, Floats]:

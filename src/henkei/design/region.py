@@ -22,7 +22,7 @@ from henkei.design.drag import unit_step
 from henkei.design.levels import compact, times
 from henkei.design.multilevel import Shape
 from henkei.design.part import Part, PartialLevel
-from henkei.design.projection import pseudo_inverse
+from henkei.design.projection import inverse_by_parts
 from henkei.design.smoothing import Filter, changed
 from henkei.design.system import System
 from henkei.errors import InvalidInput, some
@@ -124,10 +124,14 @@ class Region:
 
     def _shifted(self, cage: Floats, asked: Mapping[Constraint, Floats]) -> Floats:
         """The cage (m, d), changed the least inside that meets what is asked of it alone."""
-        own = [one for one in asked if self._system.first_level(one) == 0]
+        moving = self.part.moving(0)
+        own = [
+            one
+            for one in asked
+            if self._system.first_level(one) == 0 and np.isin(one.rows.indices, moving).any()
+        ]
         if not own:
             return cage
-        moving = self.part.moving(0)
         rows = compact(vstack([one.rows[:, : len(cage)] for one in own]))
         follows = [followed(one.rows[:, : len(cage)], moving) for one in own]
         pairs = zip(own, follows, strict=True)
@@ -135,11 +139,10 @@ class Region:
             [part @ (asked[one] - one.rows[:, : len(cage)] @ cage) for one, part in pairs]
         )
         freed = compact(rows[:, moving])
-        products = (freed @ freed.T).toarray()
-        inverse, null = pseudo_inverse(products, np.sqrt(np.diag(products)))
+        inverse, null = inverse_by_parts(compact(freed @ freed.T))
         held = np.concatenate([~part.any(axis=1) for part in follows])
         shifted = cage.copy()
-        shifted[moving] += freed.T @ (inverse @ yielding(np.linalg.qr(null)[0], held, missing))
+        shifted[moving] += freed.T @ times(inverse, yielding(null, held, missing))
         return shifted
 
     def _missing(self) -> list[Floats]:

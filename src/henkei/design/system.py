@@ -6,6 +6,7 @@ level 0 moves these pins, as little as it takes; so it never contradicts them.
 
 from __future__ import annotations
 
+from bisect import insort
 from collections.abc import Sequence
 
 import numpy as np
@@ -25,7 +26,7 @@ from henkei.design.projection import (
     Stacked,
     Telescoped,
     duals,
-    pseudo_inverse,
+    inverse_by_parts,
 )
 from henkei.errors import InvalidInput
 from henkei.mesh import Floats
@@ -53,11 +54,11 @@ class System:
         self._projections: list[Projection] = []
         self._stacked: list[Sparse] = []
         self._duals: dict[Constraint, Sparse] = {}
+        self._own: tuple[tuple[Constraint, ...], tuple[Sparse, Floats, Sparse]] | None = None
 
     def add(self, constraint: Constraint) -> None:
         """Take a constraint in."""
-        self.constraints.append(constraint)
-        self.constraints.sort(key=lambda one: KINDS.index(type(one)))
+        insort(self.constraints, constraint, key=lambda one: KINDS.index(type(one)))
         self._forget(constraint.level)
 
     def remove(self, constraint: Constraint) -> None:
@@ -176,18 +177,19 @@ class System:
             return cage
         wanted, transposed = consistent(null, self._asked_of_cage(asked)), compact(rows.T)
         for _ in range(2):  # the second time takes what rounding left
-            cage = times(transposed, inverse @ (wanted - times(rows, cage)), cage)
+            cage = times(transposed, times(inverse, wanted - times(rows, cage)), cage)
         return cage
 
-    def _of_cage(self) -> tuple[Sparse, Floats, Floats]:
+    def _of_cage(self) -> tuple[Sparse, Floats, Sparse]:
         """Rows (s, m) that say something of the cage alone, sums of them that are zero (s, n), and
         the inverse (s, s) of their products."""
-        own = [one.rows for one in self.constraints if self._is_of_cage(one)]
-        count = self.levels[0].size
-        rows = compact(vstack([csr_array((0, count)), *(one[:, :count] for one in own)]))
-        products = (rows @ rows.T).toarray()
-        inverse, null = pseudo_inverse(products, np.sqrt(np.diag(products)))
-        return rows, np.linalg.qr(null)[0], inverse
+        own = tuple(one for one in self.constraints if self._is_of_cage(one))
+        if self._own is None or self._own[0] != own:
+            count = self.levels[0].size
+            rows = compact(vstack([csr_array((0, count)), *(one.rows[:, :count] for one in own)]))
+            inverse, null = inverse_by_parts(compact(rows @ rows.T))
+            self._own = own, (rows, null, inverse)
+        return self._own[1]
 
     def _asked_of_cage(self, asked: Sequence[Floats]) -> Floats:
         width = asked[0].shape[1] if asked else 3
