@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.fresh import peak_memory, timed
+from bench.fresh import installed, peak_memory, timed
 
 Array = NDArray[Any]
 Frame = Callable[[Array], Array]
@@ -147,13 +146,7 @@ PACKAGES = {"libigl": "libigl", "Open3D": "open3d", "Blender": "bpy"}
 
 def versions() -> dict[str, str]:
     """Of the peers that are installed for this Python."""
-    found = {}
-    for name, package in PACKAGES.items():
-        try:
-            found[name] = version(package)
-        except PackageNotFoundError:
-            continue
-    return found
+    return installed(PACKAGES)
 
 
 def speed(name: str, path: str, repeat: int, frames: int) -> dict[str, Any]:

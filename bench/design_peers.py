@@ -8,14 +8,13 @@ alone is timed. Nothing of henkei is imported here.
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from bench.fresh import timed
+from bench.fresh import installed, timed
 
 Array = NDArray[Any]
 Counts = tuple[int, int]
@@ -265,13 +264,7 @@ PACKAGES = {
 
 def versions() -> dict[str, str]:
     """Of the peers that are installed for this Python."""
-    found = {}
-    for name, package in PACKAGES.items():
-        try:
-            found[name] = version(package)
-        except PackageNotFoundError:
-            continue
-    return found
+    return installed(PACKAGES)
 
 
 def refinement(name: str, path: str, levels: int, repeat: int) -> dict[str, Any]:

@@ -9,8 +9,9 @@ import resource
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,17 @@ def call(
         return {"none": f"failed: {reason}"}
     result: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return result
+
+
+def installed(packages: Mapping[str, str]) -> dict[str, str]:
+    """Versions of those packages, by peer, that are installed for this Python."""
+    found = {}
+    for name, package in packages.items():
+        try:
+            found[name] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
 
 
 def timed(function: Callable[[], Any], repeat: int) -> tuple[dict[str, float], Any]:

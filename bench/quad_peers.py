@@ -12,7 +12,6 @@ import resource
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -20,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.fresh import timed
+from bench.fresh import installed, timed
 
 Array = NDArray[Any]
 Found = tuple[Array, list[list[int]]]
@@ -90,13 +89,7 @@ PACKAGES = {"Instant Meshes": "pyinstantmeshes", "QuadriFlow": "pyQuadriFlow"}
 
 def versions() -> dict[str, str]:
     """Of the peers that are installed for this Python."""
-    found = {}
-    for name, package in PACKAGES.items():
-        try:
-            found[name] = f"{package} {version(package)}"
-        except PackageNotFoundError:
-            continue
-    return found
+    return {name: f"{PACKAGES[name]} {found}" for name, found in installed(PACKAGES).items()}
 
 
 def quads(name: str, path: str, count: int, output: str) -> dict[str, Any]:
