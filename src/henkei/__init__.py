@@ -32,19 +32,26 @@ if TYPE_CHECKING:
     from henkei.morph import write_morph
     from henkei.morph.targets import blend, write_targets
     from henkei.quad import QuadResult, quadrangulate
+    from henkei.recipes.combine import CombineRecipe
     from henkei.recipes.deform import DeformRecipe
     from henkei.recipes.design import DesignRecipe
+    from henkei.recipes.quad import QuadRecipe
+    from henkei.recipes.register import RegisterRecipe
     from henkei.register import Registration, register
     from henkei.statistics import ShapeModel, procrustes, shape_model
+    from henkei.workflows.combine_by_recipe import combine_by_recipe
     from henkei.workflows.deform_by_recipe import deform_by_recipe
     from henkei.workflows.design_by_recipe import design_by_recipe
     from henkei.workflows.diagnose import diagnose
+    from henkei.workflows.quad_by_recipe import quad_by_recipe
     from henkei.workflows.quad_files import write_layout, write_quads
+    from henkei.workflows.register_by_recipe import register_by_recipe
     from henkei.workflows.results import load, save
     from henkei.workflows.taken_up import TakenUp, take_up
 
 __all__ = [
     "Attributes",
+    "CombineRecipe",
     "CombinedMesh",
     "DeformRecipe",
     "Deformer",
@@ -54,12 +61,15 @@ __all__ = [
     "Mesh",
     "PolygonMesh",
     "Pyramid",
+    "QuadRecipe",
     "QuadResult",
+    "RegisterRecipe",
     "Registration",
     "ShapeModel",
     "TakenUp",
     "blend",
     "combine",
+    "combine_by_recipe",
     "deform_by_recipe",
     "design_by_recipe",
     "diagnose",
@@ -71,10 +81,12 @@ __all__ = [
     "moved",
     "oriented",
     "procrustes",
+    "quad_by_recipe",
     "quadrangulate",
     "read",
     "read_model",
     "register",
+    "register_by_recipe",
     "save",
     "select",
     "shape_model",
@@ -111,14 +123,20 @@ _HOMES = {
     "henkei.morph": ("write_morph",),
     "henkei.morph.targets": ("blend", "write_targets"),
     "henkei.quad": ("QuadResult", "quadrangulate"),
+    "henkei.recipes.combine": ("CombineRecipe",),
     "henkei.recipes.deform": ("DeformRecipe",),
     "henkei.recipes.design": ("DesignRecipe",),
+    "henkei.recipes.quad": ("QuadRecipe",),
+    "henkei.recipes.register": ("RegisterRecipe",),
     "henkei.register": ("Registration", "register"),
     "henkei.statistics": ("ShapeModel", "procrustes", "shape_model"),
+    "henkei.workflows.combine_by_recipe": ("combine_by_recipe",),
     "henkei.workflows.deform_by_recipe": ("deform_by_recipe",),
     "henkei.workflows.design_by_recipe": ("design_by_recipe",),
     "henkei.workflows.diagnose": ("diagnose",),
+    "henkei.workflows.quad_by_recipe": ("quad_by_recipe",),
     "henkei.workflows.quad_files": ("write_layout", "write_quads"),
+    "henkei.workflows.register_by_recipe": ("register_by_recipe",),
     "henkei.workflows.results": ("load", "save"),
     "henkei.workflows.taken_up": ("TakenUp", "take_up"),
 }

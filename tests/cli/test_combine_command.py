@@ -242,3 +242,78 @@ def test_an_unfit_mesh_is_named_by_file(folder, capsys):
     err = capsys.readouterr().err
     assert err.startswith("henkei: b.ply: the surface is closed")
     assert not names(folder)
+
+
+def recipe(**data: object) -> None:
+    Path("r.json").write_text(json.dumps(data))
+
+
+def test_a_recipe_is_the_same_as_options(folder, capsys):
+    recipe(pairs=PAIRS, align=True, attributes=False)
+    assert combine("--recipe", "r.json", "-o", "c.npz") == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "recipe r.json pairs 3: 10-12, 0-0, 5-6" in told
+    assert "aligned b turned by" in told
+    options = ["--pairs", "pairs.json", "--align", "--no-attributes"]
+    assert combine(*options, "-o", "d.npz") == 0
+    assert Path("c.npz").read_bytes() == Path("d.npz").read_bytes()
+    hk.save("e.npz", hk.combine_by_recipe("a.obj", "b.ply", "r.json"))
+    assert Path("c.npz").read_bytes() == Path("e.npz").read_bytes()
+
+
+def test_options_take_the_place_of_what_the_recipe_says(folder, capsys):
+    recipe(pairs=[[1, 1], [2, 2], [3, 3]], align=True, snap=0.5, landmarks=[[20, 99]])
+    Path("r.json").rename(folder / "given.json")
+    rim = len(B.topology.boundary_loops[0])
+    near = int(rim + np.linalg.norm(B.vertices[rim:] - A.vertices[20], axis=1).argmin())
+    marks = ["--landmark", "20", str(near)]
+    options = ["--pairs", "pairs.json", "--no-align", "--snap", "0.01", *marks]
+    assert combine("--recipe", "given.json", *options, "-o", "c.npz", "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["recipe"], told["aligned"], told["landmarks"]) == (
+        "given.json",
+        False,
+        [[20, near]],
+    )
+    assert combine("--pairs", "pairs.json", *marks, "-o", "d.npz") == 0
+    assert Path("c.npz").read_bytes() == Path("d.npz").read_bytes()
+
+
+def test_the_morph_is_as_the_recipe_says(folder):
+    morph = {"path": "rotation", "frames": 4, "time": "smoothstep", "sweep": "top"}
+    recipe(pairs=PAIRS, morph=morph)
+    assert combine("--recipe", "r.json", "-o", "k_%d.ply", "-o", "c.npz") == 0
+    assert len(list(folder.glob("k_*.ply"))) == 4
+    options = ["--path", "rotation", "--frames", "4", "--time", "smoothstep", "--sweep", "top"]
+    assert main(["morph", "c.npz", "--no-align", *options, "-o", "m_%d.ply"]) == 0
+    for k in range(4):
+        assert Path(f"k_{k}.ply").read_bytes() == Path(f"m_{k}.ply").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("data", "arguments", "reason"),
+    [
+        ({"pair": []}, [], "r.json, line 1: pair: there is no key 'pair'"),
+        ({"pairs": PAIRS[:1]}, [], "1 pairs of corresponding"),
+        ({"pairs": PAIRS}, ["--snap", "-1"], "snap: should be greater than or equal to 0"),
+        ({"pairs": PAIRS}, ["--drop-fill"], "--drop-fill is about holes that are closed"),
+        ({"pairs": PAIRS}, ["-o", "r.json"], "nothing is written under the ending '.json'"),
+        ({"pairs": PAIRS}, ["--save-pairs", "r.json"], "would overwrite the input r.json"),
+    ],
+)
+def test_a_recipe_that_is_refused(folder, capsys, data, arguments, reason):
+    recipe(**data)
+    before = Path("r.json").read_bytes()
+    assert combine("--recipe", "r.json", *arguments, "-o", "c.npz") == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert reason in err
+    assert names(folder) == {"r.json"}
+    assert Path("r.json").read_bytes() == before
+
+
+def test_the_schema(folder, capsys):
+    assert main(["combine", "--schema"]) == 0
+    assert capsys.readouterr().out == hk.CombineRecipe.schema_text()
+    assert main(["combine", "a.obj", "-o", "c.npz"]) == 2
+    assert "no second mesh given" in capsys.readouterr().err

@@ -218,3 +218,74 @@ def test_refusals_leave_no_file(folder, capsys, arguments, reason):
     assert out == ""
     assert reason in err
     assert set(folder.iterdir()) == before
+
+
+def recipe(**data: object) -> None:
+    Path("r.json").write_text(json.dumps(data))
+
+
+def test_a_recipe_of_combine(folder, capsys):
+    recipe(pairs=PAIRS, morph={"frames": 3, "path": "rotation"})
+    arguments = ["morph", "a.ply", "b.ply", "--recipe", "r.json", "-o", "f_%d.ply"]
+    assert main(arguments) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert told.startswith("method combine (by its recipe) a a.ply")
+    assert "recipe r.json pairs 3" in told
+    assert "aligned" not in told
+    c = hk.load("c.npz")
+    np.testing.assert_array_equal(vertices("f_1.ply"), c.at(0.5, path="rotation").vertices)
+    np.testing.assert_array_equal(vertices("f_2.ply"), c.vertices_b)
+    assert main([*arguments, "--align", "--path", "linear"]) == 0
+    np.testing.assert_array_equal(vertices("f_1.ply"), c.aligned().at(0.5).vertices)
+    recipe(pairs=PAIRS, morph={"frames": 3}, align=True)
+    assert main(arguments) == 0
+    np.testing.assert_array_equal(vertices("f_2.ply"), c.aligned().vertices_b)
+    assert main([*arguments, "--no-align"]) == 0
+    np.testing.assert_array_equal(vertices("f_2.ply"), c.vertices_b)
+
+
+def test_a_recipe_of_register(closed, capsys):
+    recipe(landmarks=[[3, 7]], seed=1, morph={"frames": 2})
+    arguments = ["morph", "p.ply", "q.ply", "--recipe", "r.json", "-o", "f_%d.ply"]
+    assert main([*arguments, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["method"], told["why"], told["recipe"]) == ("register", "by its recipe", "r.json")
+    assert told["aligned"] is True
+    expected = register(*closed, landmarks=[(3, 7)], seed=1)
+    np.testing.assert_array_equal(vertices("f_1.ply"), expected.aligned().mesh.vertices)
+
+
+def test_a_recipe_of_either_method_goes_by_topology(folder, capsys):
+    recipe(morph={"frames": 3, "sweep": "top"})
+    assert main(["morph", "a.ply", "b.ply", "--recipe", "r.json", "-o", "m.npz"]) == 0
+    assert capsys.readouterr().out.startswith("method  combine (both have a boundary)")
+
+
+def test_a_recipe_says_how_a_result_is_shown(folder):
+    recipe(pairs="auto", morph={"frames": 3, "time": "smoothstep", "sweep": "top"})
+    assert main(["morph", "c.npz", "--recipe", "r.json", "-o", "f_%d.ply"]) == 0
+    options = ["--no-align", "--frames", "3", "--time", "smoothstep", "--sweep", "top"]
+    assert main(["morph", "c.npz", *options, "-o", "g_%d.ply"]) == 0
+    np.testing.assert_array_equal(vertices("f_1.ply"), vertices("g_1.ply"))
+
+
+@pytest.mark.parametrize(
+    ("data", "arguments", "reason"),
+    [
+        ({"fixed": ["rim 1"]}, [], "r.json: a recipe of deform; take one of combine or register"),
+        ({"pairs": PAIRS}, ["--method", "register"], "pairs: there is no key 'pairs'"),
+        ({"pairs": PAIRS}, ["--seed", "1"], "--seed: only for surfaces that are registered"),
+        ({"mediator": "b.ply"}, ["-o", "b.ply"], "known are .npz"),
+        ({"mediator": "m.glb"}, [], "m.glb would overwrite the input m.glb"),
+        ({"morph": {"frames": 1}}, [], "morph.frames: should be greater than or equal to 2"),
+        ({"pairs": PAIRS}, ["--save-pairs", "r.json"], "would overwrite the input r.json"),
+    ],
+)
+def test_a_recipe_that_is_refused(folder, capsys, data, arguments, reason):
+    recipe(**data)
+    before = set(folder.iterdir())
+    assert main(["morph", "a.ply", "b.ply", "--recipe", "r.json", *arguments, "-o", "m.glb"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert reason in " ".join(err.split())
+    assert set(folder.iterdir()) == before

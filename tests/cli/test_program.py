@@ -49,7 +49,7 @@ def test_version(capsys):
     [
         (["inof"], 'Did you mean "info"'),
         (["info", "--jsno"], "Did you mean --json"),
-        (["combine", "a.obj"], "requires an argument"),
+        (["combine", "a.obj"], "no second mesh given"),
         (["combine", "a.obj", "b.obj", "--pair", "1", "x", "-o", "c.npz"], "Invalid value"),
         (["morph", "a.obj", "b.obj"], "--output"),
     ],

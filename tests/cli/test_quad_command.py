@@ -16,6 +16,7 @@ from henkei.cli.quadrangulating import Quadrangulating, doubts, quality_lines
 from henkei.errors import Infeasible, InvalidInput
 from henkei.io import drawing
 from henkei.quad.quality import QuadQuality
+from henkei.recipes.quad import QuadRecipe
 from henkei.shapes import bar, icosphere
 from henkei.workflows import quad_picture
 
@@ -81,7 +82,7 @@ def test_options_are_those_of_the_function(folder, monkeypatch):
         asked.update({name: value for name, value in options.items() if value is not None})
         return result
 
-    monkeypatch.setattr("henkei.cli.quadrangulating.quadrangulate", recorded)
+    monkeypatch.setattr("henkei.workflows.quad_by_recipe.quadrangulate", recorded)
     for given, options in (
         ([], {}),
         (["--edge-length", "0.3", "--sharp", "20"], {"edge_length": 0.3, "sharp": 20}),
@@ -158,8 +159,8 @@ def euler(mesh: hk.Mesh | hk.PolygonMesh) -> int:
         (["ball.obj", "-o", "a.obj", "--density", "weight.txt"], "there is no such file"),
         (["ball.obj", "-o", "a.obj", "--symmetry", "w"], "--symmetry is x, y, z, or a point"),
         (["ball.obj", "-o", "a.obj", "--symmetry", "1,2,3"], "--symmetry is x, y, z, or a point"),
-        (["ball.obj", "-o", "a.obj", "--sharp", "0"], "sharp is an angle"),
-        (["ball.obj", "-o", "a.obj", "--quads", "9", "--edge-length", "1"], "not both"),
+        (["ball.obj", "-o", "a.obj", "--sharp", "0"], "sharp: should be greater than 0"),
+        (["ball.obj", "-o", "a.obj", "--quads", "9", "--edge-length", "1"], "give one"),
         (["ball.obj", "-o", "a.obj", "--layout", "best"], "best"),
         (["bow.obj", "-o", "a.obj"], "bow.obj: the surface is not manifold: faces meet only in"),
         (["strip.npz", "-o", "a.obj"], "not a mesh but a result"),
@@ -196,7 +197,7 @@ def quality(**figures: object) -> QuadQuality:
     ],
 )
 def test_doubts(figures, asked, told):
-    found = doubts(quality(**figures), Quadrangulating(**asked))
+    found = doubts(quality(**figures), QuadRecipe(**asked))
     assert len(found) == len(told)
     assert all(doubt.startswith(start) for doubt, start in zip(found, told, strict=True))
 
@@ -221,7 +222,7 @@ def test_without_a_cage_the_quads_are_written_and_the_status_is_3(folder, capsys
     def refuse(mesh, **options):
         raise Infeasible("no cage [of 50 quads]")
 
-    monkeypatch.setattr("henkei.cli.quadrangulating.quad_cage", refuse)
+    monkeypatch.setattr("henkei.workflows.quad_by_recipe.quad_cage", refuse)
     assert main([*BALL, "-o", "quads.obj", "--cage", "cage.obj"]) == 3
     out, err = capsys.readouterr()
     assert err == "cage.obj: no cage [of 50 quads]\n"
@@ -231,13 +232,84 @@ def test_without_a_cage_the_quads_are_written_and_the_status_is_3(folder, capsys
 
 
 def test_only_slow_steps_are_told():
-    lines = dict(quality_lines(quality(seconds={"a": 9.0, "b": 0.9, "c": 0.1}), Quadrangulating()))
+    lines = dict(quality_lines(quality(seconds={"a": 9.0, "b": 0.9, "c": 0.1}), QuadRecipe()))
     assert lines["seconds"] == "10.0 of one core: a 9.0, b 0.9"
 
 
 def test_a_plane_is_an_axis_or_six_numbers():
     assert Quadrangulating().plane is None
     assert Quadrangulating(symmetry="y").plane == "y"
-    assert Quadrangulating(symmetry="1, 2,3, 0,0,-1").plane == ((1, 2, 3), (0, 0, -1))
+    assert Quadrangulating(symmetry="1, 2,3, 0,0,-1").plane == {
+        "point": [1, 2, 3],
+        "normal": [0, 0, -1],
+    }
     with pytest.raises(InvalidInput, match="--symmetry"):
         _ = Quadrangulating(symmetry="1,2,3,4,5").plane
+
+
+def test_a_recipe_is_the_same_as_options(folder, capsys):
+    Path("r.json").write_text('{"quads": 60, "symmetry": "x", "seed": 3}')
+    recipe = ["quad", "ball.obj", "--recipe", "r.json"]
+    assert main([*recipe, "-o", "a.obj", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["recipe"] == "r.json"
+    assert told["asked"] == {
+        "quads": 60,
+        "edge_length": None,
+        "layout": "auto",
+        "patches": None,
+        "sharp": None,
+        "density": None,
+        "symmetry": "x",
+        "seed": 3,
+    }
+    assert main([*BALL, "--symmetry", "x", "--seed", "3", "-o", "b.obj"]) == 0
+    assert Path("a.obj").read_bytes() == Path("b.obj").read_bytes()
+    assert main([*recipe, "--symmetry", "y", "--edge-length", "0.5", "-o", "c.obj"]) == 0
+    assert "recipe r.json quads" in words(capsys.readouterr().out)
+    options = ["--symmetry", "y", "--edge-length", "0.5", "--seed", "3"]
+    assert main(["quad", "ball.obj", *options, "-o", "d.obj"]) == 0
+    assert Path("c.obj").read_bytes() == Path("d.obj").read_bytes()
+
+
+def test_files_of_a_recipe_are_beside_it_and_those_of_options_here(folder, monkeypatch):
+    result, seen = hk.quadrangulate(BALL_MESH, quads=24), {}
+
+    def recorded(mesh: hk.Mesh, **options: object) -> hk.QuadResult:
+        seen.update(options)
+        return result
+
+    monkeypatch.setattr("henkei.workflows.quad_by_recipe.quadrangulate", recorded)
+    Path("in").mkdir()
+    for name, value in (("in/weight.txt", 1), ("weight.txt", 2)):
+        Path(name).write_text(f"{value}\n" * len(BALL_MESH.vertices))
+    Path("in/r.json").write_text('{"density": "weight.txt"}')
+    recipe = ["quad", "ball.obj", "--recipe", "in/r.json", "-o", "a.obj"]
+    assert main(recipe) == 0
+    assert (seen["density"] == 1).all()
+    assert main([*recipe, "--density", "weight.txt"]) == 0
+    assert (seen["density"] == 2).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "told"),
+    [
+        ('{"quad": 3}', [], "r.json, line 1: quad: there is no key 'quad', did you mean 'quads'"),
+        ('{"patches": 3}', ["--layout", "field"], "patches: their number can be chosen for"),
+        ('{"density": "weight"}', [], "density: the mesh: its vertices have no attribute"),
+    ],
+)
+def test_a_recipe_that_is_refused(folder, text, arguments, told, capsys):
+    Path("r.json").write_text(text)
+    assert main(["quad", "ball.obj", "--recipe", "r.json", *arguments, "-o", "a.obj"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert told in words(err)
+    assert not Path("a.obj").exists()
+
+
+def test_the_schema(folder, capsys):
+    assert main(["quad", "--schema"]) == 0
+    assert capsys.readouterr().out == hk.QuadRecipe.schema_text()
+    assert main(["quad", "-o", "a.obj"]) == 2
+    assert "no mesh given" in capsys.readouterr().err

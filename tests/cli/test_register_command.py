@@ -23,7 +23,7 @@ def folder(tmp_path, monkeypatch) -> Path:
     """A working folder with a template and scans, and a quick method in place of the real one."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
-    monkeypatch.setattr("henkei.cli.registering.register", stand_in.registered)
+    monkeypatch.setattr("henkei.workflows.register_by_recipe.register", stand_in.registered)
     many = partial(register_many, method=stand_in.registered)
     monkeypatch.setattr("henkei.cli.register.register_many", many)
     hk.write("a.obj", A)
@@ -98,7 +98,7 @@ def test_what_reaches_the_method(folder, monkeypatch):
         seen.update(settings)
         return stand_in.registered(source, target, landmarks=())
 
-    monkeypatch.setattr("henkei.cli.registering.register", method)
+    monkeypatch.setattr("henkei.workflows.register_by_recipe.register", method)
     np.save("a.npy", np.arange(30))
     Path("b.txt").write_text("".join(f"{k}\n" for k in range(40)))
     for name, x in (("a.vts", 1), ("b.vts", 2)):
@@ -210,3 +210,87 @@ def test_an_interrupt(folder, monkeypatch, capsys):
     assert many("scans", "-o", "out/") == 130
     assert capsys.readouterr().err == "interrupted\n"
     assert results("out") == {"0.npz", "0.ply"}
+
+
+def recipe(path: str, **data: object) -> None:
+    Path(path).parent.mkdir(exist_ok=True)
+    Path(path).write_text(json.dumps(data))
+
+
+def test_a_recipe_is_the_same_as_options(folder, capsys):
+    morph = {"frames": 3, "time": "smoothstep"}
+    recipe("r.json", landmarks=[[3, 4]], seed=5, morph=morph)
+    assert one("--recipe", "r.json", "-o", "c.npz", "-o", "k_%d.ply") == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "recipe r.json mediator sphere" in told
+    assert one("--landmark", "3", "4", "--seed", "5", "-o", "d.npz") == 0
+    assert Path("c.npz").read_bytes() == Path("d.npz").read_bytes()
+    assert len(list(folder.glob("k_*.ply"))) == 3
+    between = hk.load("c.npz").at(0.5, time="smoothstep")
+    np.testing.assert_array_equal(hk.read("k_1.ply").vertices, between.vertices)
+
+
+def test_options_take_the_place_of_what_the_recipe_says(folder, capsys):
+    recipe("r.json", landmarks=[[3, 4]], seed=5, mediator="none.ply")
+    options = ["--seed", "6", "--landmark", "7", "1", "--mediator", "humanoid"]
+    assert one("--recipe", "r.json", *options, "-o", "c.npz", "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["recipe"], told["mediator"], told["seed"]) == ("r.json", "humanoid", 6)
+    assert told["landmarks"] == [7]
+
+
+def test_files_of_a_recipe_are_beside_it_and_those_of_options_here(folder, monkeypatch):
+    seen = {}
+
+    def method(source, target, **settings):
+        seen.update(settings)
+        return stand_in.registered(source, target)
+
+    monkeypatch.setattr("henkei.workflows.register_by_recipe.register", method)
+    recipe("in/r.json", mediator="m.ply", regions=["a.txt", "b.txt"], rule="literal")
+    for name, vertices, label in (("in/a", 30, 1), ("in/b", 40, 2), ("a", 30, 3), ("b", 40, 4)):
+        Path(f"{name}.txt").write_text(f"{label}\n" * vertices)
+    hk.write("in/m.ply", A)
+    assert one("--recipe", "in/r.json", "-o", "c.ply") == 0
+    assert [side[0] for side in seen["regions"]] == [1, 2]
+    np.testing.assert_array_equal(seen["mediator"].vertices, A.vertices)
+    assert seen["settings"].rule == "literal"
+    options = ["--regions", "a.txt", "b.txt", "--mediator", "b.ply"]
+    assert one("--recipe", "in/r.json", *options, "-o", "c.ply") == 0
+    assert [side[0] for side in seen["regions"]] == [3, 4]
+    np.testing.assert_array_equal(seen["mediator"].vertices, B.vertices)
+
+
+def test_many_by_recipe(folder, capsys):
+    recipe("r.json", landmarks=[[3, 4]], seed=2, settings={"sweeps": 3}, rule="literal")
+    assert many("scans/0.ply", "--recipe", "r.json", "-o", "out/", "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["settings"]["rule"], told["settings"]["sweeps"]) == ("literal", 3)
+    assert hk.load("out/0.npz").landmarks.tolist() == [3]
+    assert hk.load("out/0.npz").quality.to_source_mean == 2 / 100
+    assert many("scans/0.ply", "--recipe", "r.json", "--landmark", "8", "1", "-o", "more/") == 0
+    assert hk.load("more/0.npz").landmarks.tolist() == [8]
+
+
+@pytest.mark.parametrize(
+    ("data", "arguments", "reason"),
+    [
+        ({"fixed": []}, ["-o", "c.ply"], "r.json, line 1: fixed: there is no key 'fixed'"),
+        ({"mediator": "m.ply"}, ["-o", "c.ply"], "mediator: m.ply: there is no such file"),
+        ({"mediator": "m.ply"}, ["-o", "m.ply"], "m.ply would overwrite an input"),
+        ({}, ["-o", "c.ply", "--seed", "-1"], "seed: should be greater than or equal to 0"),
+        ({}, ["-o", "c.ply", "--mediator", "cube"], "mediator: no mediator is called 'cube'"),
+    ],
+)
+def test_a_recipe_that_is_refused(folder, capsys, data, arguments, reason):
+    recipe("r.json", **data)
+    assert one("--recipe", "r.json", *arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert reason in err
+    assert names(folder) == {"r.json"}
+
+
+def test_the_schema(folder, capsys):
+    assert main(["register", "--schema"]) == 0
+    assert capsys.readouterr().out == hk.RegisterRecipe.schema_text()

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from henkei.batch.files import Files, by_file
-from henkei.batch.labels import is_label_file, labels_in, read_labels
 from henkei.batch.landmarks import Pairs, landmarks_of_scans
 from henkei.batch.report import Report, Row
 from henkei.batch.scans import checked_output, listed, named
@@ -22,6 +21,7 @@ from henkei.mesh import Mesh
 from henkei.progress import Progress, silent
 from henkei.register import Settings, register
 from henkei.register.mediators import chosen
+from henkei.workflows.labels import is_label_file, labels_in, read_labels
 
 
 def register_many(
@@ -58,8 +58,8 @@ def register_many(
     mediator : name of a built-in mediator, or the file of a mesh.
     landmarks : see :func:`henkei.batch.landmarks.landmarks_of_scans`.
     regions : labels of the template's and of the scans' vertices. Each is the name of an attribute
-        or a file (see :mod:`henkei.batch.labels`); the second may be a folder with a file for each
-        scan, of the scan's name.
+        or a file (see :mod:`henkei.workflows.labels`); the second may be a folder with a file for
+        each scan, of the scan's name.
     seed, settings : as of :func:`henkei.register`.
     mesh_suffix : format of the meshes.
     workers : processes on this machine; one for each core by default.

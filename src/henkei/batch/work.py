@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 import henkei
 from henkei.batch.files import Files, Hash, by_file
-from henkei.batch.labels import labels_in
 from henkei.batch.notes import Note, annotate
 from henkei.errors import Cancelled, HenkeiError, InvalidInput
 from henkei.io import write
 from henkei.mesh import Mesh
 from henkei.progress import Progress, silent
+from henkei.workflows.labels import labels_in
 from henkei.workflows.results import SUFFIX, save
 
 Labels = NDArray[np.int64]

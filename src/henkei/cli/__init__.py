@@ -23,6 +23,7 @@ COMMANDS = {
     "register": "Register a mesh onto any other, or many scans into one connectivity.",
     "stats": "Mean, modes and variance of shapes in one connectivity.",
     "morph": "Write the way from one shape to another: glTF, USD, meshes, pictures, films.",
+    "studio": "Open all five methods in a browser, to work on meshes by hand.",
     "demo": "Combine and morph two built-in heads, and show the result on a page.",
 }
 

@@ -9,23 +9,25 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from cyclopts import Parameter
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from henkei.combine import CombinedMesh, combine
-from henkei.combine.boundary import SNAP, Pairs
+from henkei.cli.recipes import overridden
+from henkei.combine import CombinedMesh
 from henkei.errors import InvalidInput, InvalidMesh, some
 from henkei.geometry.alignment import surface_similarity
 from henkei.io import read
 from henkei.mesh import Mesh, PolygonMesh
 from henkei.progress import Progress
+from henkei.recipes.combine import CombineRecipe
+from henkei.workflows.combine_by_recipe import combined
 from henkei.workflows.landmark_files import read_landmark_points
 from henkei.workflows.pairs import holds, read_pairs, write_pairs
 
 NO_DEFAULT = Parameter(show_default=False)
 Flag = Annotated[bool, NO_DEFAULT]
+Option = Annotated[bool | None, NO_DEFAULT]
 Indices = Annotated[tuple[tuple[int, int], ...], NO_DEFAULT]
 
 
@@ -61,9 +63,11 @@ class Combining:
     outer_b
         A vertex of B on the loop that stays open, if it is not the longest.
     snap
-        How far a point in a file may be from a vertex, as a fraction of the diagonal.
+        How far a point in a file may be from a vertex, as a fraction of the diagonal; 0.01 unless
+        given.
     attributes
-        Carry normals, texture coordinates, colours and labels along.
+        Carry normals, texture coordinates, colours and labels along, as is done unless told
+        otherwise.
     flip_b
         Turn B inside out first, where the boundaries run in opposite directions.
     """
@@ -74,13 +78,40 @@ class Combining:
     landmark: Indices = ()
     landmark_files: Annotated[tuple[Path, Path] | None, NO_DEFAULT] = None
     save_pairs: Path | None = None
-    fill_holes: Flag = False
-    drop_fill: Flag = False
+    fill_holes: Option = None
+    drop_fill: Option = None
     outer_a: int | None = None
     outer_b: int | None = None
-    snap: float = SNAP
-    attributes: Annotated[bool, Parameter(negative="--no-attributes")] = True
-    flip_b: Flag = False
+    snap: float | None = None
+    attributes: Annotated[bool | None, Parameter(negative="--no-attributes")] = None
+    flip_b: Option = None
+
+    def applied(self, recipe: CombineRecipe) -> CombineRecipe:
+        """The recipe with this in place of its own.
+
+        Raises
+        ------
+        InvalidInput : a value cannot be used, or options contradict each other or the recipe.
+        """
+        for name in ("drop_fill", "outer_a", "outer_b"):
+            if getattr(self, name) is not None and not (self.fill_holes or recipe.fill_holes):
+                option = name.replace("_", "-")
+                raise InvalidInput(f"--{option} is about holes that are closed; add --fill-holes")
+        named = self.outer_a, self.outer_b
+        outer = [
+            new if new is not None else old for new, old in zip(named, recipe.outer, strict=True)
+        ]
+        return overridden(
+            recipe,
+            pairs=chosen_pairs(self),
+            landmarks=chosen_landmarks(self),
+            fill_holes=self.fill_holes,
+            drop_fill=self.drop_fill,
+            outer=None if named == (None, None) else outer,
+            snap=self.snap,
+            attributes=self.attributes,
+            flip_b=self.flip_b,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,16 +154,26 @@ class Source:
 
 @dataclass(frozen=True, eq=False)
 class Combination:
-    """Two surfaces, the pairs that were asked for, and the combined mesh."""
+    """Two surfaces, what was asked for, and the combined mesh, with b where it lies.
+
+    recipe : with the options that were given beside its file.
+    """
 
     sources: tuple[Source, Source]
-    proposed: bool
+    recipe: CombineRecipe
+    file: Path | None
     result: CombinedMesh
+
+    @property
+    def proposed(self) -> bool:
+        """Whether the pairs were found by shape."""
+        return self.recipe.pairs == "auto"
 
     def as_dict(self) -> dict[str, Any]:
         """Inputs, pairs and quality, for JSON."""
         return {
             **{source.name: source.as_dict() for source in self.sources},
+            "recipe": None if self.file is None else str(self.file),
             "pairs": self.result.pairs.tolist(),
             "pairs_proposed": self.proposed,
             "landmarks": self.result.landmarks.tolist(),
@@ -142,6 +183,7 @@ class Combination:
     def show(self, console: Console) -> None:
         """Print inputs, pairs and quality."""
         lines = [(source.name, source.described) for source in self.sources]
+        lines += recipe_line(self.file)
         lines.append(("pairs", self._pairs()))
         if len(self.result.landmarks):
             lines.append(("landmarks", f"{len(self.result.landmarks)} inside"))
@@ -155,56 +197,49 @@ class Combination:
         return f"{len(pairs)}, proposed by shape: {shown} (look at the result; --pairs sets them)"
 
 
-def combination(sources: tuple[Source, Source], how: Combining, progress: Progress) -> Combination:
-    """Combine two surfaces as asked, and write the pairs if asked.
+def combination(
+    sources: tuple[Source, Source],
+    recipe: CombineRecipe,
+    file: Path | None,
+    save_pairs: Path | None,
+    progress: Progress,
+) -> Combination:
+    """Combine two surfaces as the recipe of a file says, with options in place of its fields or
+    without a file by these alone; and write the pairs if asked.
 
     Raises
     ------
     HenkeiError : see :func:`henkei.combine`; the message names the files.
     """
-    pairs = chosen_pairs(how)
     a, b = (source.surface for source in sources)
     try:
-        result = combine(
-            a,
-            Mesh.from_any(b).flipped() if how.flip_b else b,
-            pairs,
-            landmarks=chosen_landmarks(how),
-            fill_holes=how.fill_holes,
-            outer=(how.outer_a, how.outer_b),
-            snap=how.snap,
-            attributes=how.attributes,
-            progress=progress,
-        )
+        result = combined(a, b, recipe, progress)
     except InvalidMesh as error:
         raise type(error)(_with_files(str(error), sources)) from None
     except InvalidInput as error:
         hint = " (--flip-b)" if ".flipped()" in str(error) else ""
         raise type(error)(f"{error}{hint}") from None
-    if how.save_pairs:
-        write_pairs(how.save_pairs, result.pairs, result.landmarks)
-    return Combination(sources, isinstance(pairs, str), _without_fill(result, how))
+    if save_pairs:
+        write_pairs(save_pairs, result.pairs, result.landmarks)
+    return Combination(sources, recipe, file, result)
 
 
-def chosen_pairs(how: Combining) -> Pairs:
-    """The pairs of the file and of the options together, or ``"auto"``.
+def chosen_pairs(how: Combining) -> list[Any] | str | None:
+    """The pairs of the file and of the options together, ``"auto"``, or None if none are given.
 
     Raises
     ------
-    InvalidInput : they cannot be used together, or options contradict each other.
+    InvalidInput : they cannot be used together.
     """
-    fill = (("drop-fill", how.drop_fill), ("outer-a", how.outer_a), ("outer-b", how.outer_b))
-    for name, given in fill:
-        if not how.fill_holes and given is not None and given is not False:
-            raise InvalidInput(f"--{name} is about holes that are closed; add --fill-holes")
     if how.pairs == "auto" and how.pair:
         raise InvalidInput("--pairs auto proposes all pairs; leave it out to use --pair alone")
-    file = None if how.pairs in (None, "auto") else Path(str(how.pairs))
-    return _together(file, "pairs", how.pair) if file or how.pair else "auto"
+    if how.pairs == "auto":
+        return "auto"
+    return _together(Path(how.pairs) if how.pairs else None, "pairs", how.pair)
 
 
-def chosen_landmarks(how: Combining) -> NDArray[Any]:
-    """The landmarks of the file and of the options together.
+def chosen_landmarks(how: Combining) -> list[Any] | None:
+    """The landmarks of the file and of the options together; None if none are given.
 
     Raises
     ------
@@ -215,7 +250,8 @@ def chosen_landmarks(how: Combining) -> NDArray[Any]:
         return _together(file, "landmarks", how.landmark)
     if how.landmarks or how.landmark:
         raise InvalidInput("--landmark-files cannot be joined with --landmarks or --landmark")
-    return read_landmark_points(*how.landmark_files)
+    points: list[Any] = read_landmark_points(*how.landmark_files).tolist()
+    return points
 
 
 def _landmarks_beside_pairs(how: Combining) -> Path | None:
@@ -234,21 +270,15 @@ def read_files(how: Combining) -> list[Path]:
 
 def _together(
     file: Path | None, kind: Literal["pairs", "landmarks"], single: Indices
-) -> NDArray[Any]:
-    """Pairs of a file and of options that name one each."""
-    more = np.array(single, dtype=np.int64).reshape(-1, 2)
+) -> list[Any] | None:
+    """Pairs of a file and of options that name one each; None if there are neither."""
+    more: list[Any] = [list(pair) for pair in single]
     if file is None:
-        return more
+        return more or None
     given = read_pairs(file, kind)
-    if not len(more):
-        return given
-    if given.ndim != 2:
+    if more and given.ndim != 2:
         raise InvalidInput(f"{file} holds points, so vertices (--{kind[:-1]}) cannot be added")
-    return np.concatenate([given, more])
-
-
-def _without_fill(result: CombinedMesh, how: Combining) -> CombinedMesh:
-    return result.without_fill() if how.drop_fill else result
+    return [*given.tolist(), *more]
 
 
 def _with_files(message: str, sources: Sequence[Source]) -> str:
@@ -285,6 +315,11 @@ def alignment_line(result: CombinedMesh) -> tuple[str, str]:
     onto = surface_similarity(result.correspondence)
     angle = float(np.degrees(np.arccos(np.clip((np.trace(onto.rotation) - 1) / 2, -1, 1))))
     return "aligned", f"b turned by {angle:.1f} degrees, scaled by {onto.scale:.4g} onto a"
+
+
+def recipe_line(file: Path | None) -> list[tuple[str, str]]:
+    """Which recipe was followed, if one was."""
+    return [] if file is None else [("recipe", str(file))]
 
 
 def listing(lines: Sequence[tuple[str, str]]) -> Table:

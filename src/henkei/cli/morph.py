@@ -10,32 +10,33 @@ import numpy as np
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from henkei.cli.combining import Combining, Flag, alignment_line, listing, read_files
+from henkei.cli.combining import Combining, Flag, alignment_line, listing
 from henkei.cli.console import console, progress_bar
-from henkei.cli.outputs import FRAMES, planned, shown, written
-from henkei.cli.relating import Choosing, related
+from henkei.cli.outputs import planned, shown, written
+from henkei.cli.recipes import only_given
+from henkei.cli.relating import Choosing, files_read, related
 from henkei.errors import InvalidFile, InvalidInput
 from henkei.geometry.interpolation import checked_delay
-from henkei.io.pictures import VIEWS
 from henkei.mesh import Floats
 from henkei.progress import part
+from henkei.recipes.combine import CombineRecipe
+from henkei.recipes.morph import Side
+from henkei.recipes.register import RegisterRecipe
+from henkei.workflows.morph_by_recipe import morph_settings, way_of
 from henkei.workflows.morph_by_topology import intersections_in_morph
-
-LATEST = 0.6  # delay of the side that changes last: the rest is the time a vertex takes
-
-Side = Literal["top", "bottom", "left", "right", "front", "back"]
 
 
 def morph(
     *inputs: Path,
     output: Annotated[tuple[str, ...], Parameter(name=["--output", "-o"], required=True)],
-    frames: Annotated[int, Parameter(validator=Number(gte=2))] = FRAMES,
-    path: Literal["linear", "rotation"] = "linear",
-    time: Literal["linear", "smoothstep"] = "linear",
-    seconds: Annotated[float, Parameter(validator=Number(gt=0))] = 2.0,
+    recipe: Path | None = None,
+    frames: Annotated[int | None, Parameter(validator=Number(gte=2))] = None,
+    path: Literal["linear", "rotation"] | None = None,
+    time: Literal["linear", "smoothstep"] | None = None,
+    seconds: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
     sweep: Side | None = None,
     delay: Path | None = None,
-    align: Annotated[bool, Parameter(negative="--no-align")] = True,
+    align: Annotated[bool | None, Parameter(negative="--no-align")] = None,
     how: Combining | None = None,
     choosing: Choosing | None = None,
     json: Flag = False,
@@ -56,20 +57,25 @@ def morph(
         A file to write; may be repeated. `.glb`, `.gltf`, `.usda`, `.usdc`, `.usd`: animated. A
         `folder/` or `frame_%04d.ply` (`.obj`, `.off`, `.stl`, `.vtp`): a mesh per frame. `.png`: a
         strip of up to 7 shapes. `.gif`, `.mp4`: a film. `.npz`: what is shown, as a result.
+    recipe
+        A JSON file with how to combine or register, and how the morph is shown (of a result, this
+        alone); options beside it take the place of what it says. `henkei combine --schema` and
+        `henkei register --schema` have all that it may say.
     frames
-        Shapes in one pass from A to B.
+        Shapes in one pass from A to B; 48 unless given.
     path
-        Straight lines, or along which parts turn rather than shrink.
+        Straight lines (`linear`, unless given), or along which parts turn rather than shrink.
     time
-        Constant speed, or at rest at both ends.
+        Constant speed (`linear`, unless given), or at rest at both ends.
     seconds
-        Duration of one pass.
+        Duration of one pass; 2 unless given.
     sweep
         The side of A that changes first (+y is top, +z front, +x right).
     delay
         A `.npy` file with the time in [0, 1) when each vertex of the result starts.
     align
-        Move B onto A by the best similarity first, so that only the form changes.
+        Move B onto A by the best similarity first, so that only the form changes; as is done unless
+        told otherwise, here or in a recipe of combine.
     how
         How to combine; landmarks are for registering too.
     choosing
@@ -78,20 +84,24 @@ def morph(
         Print inputs, pairs, quality and files as JSON.
     """
     how, choosing = how or Combining(), choosing or Choosing()
-    read = [*inputs, *read_files(how), *choosing.files]
-    plans = planned(output, read, how.save_pairs, pair=False)
     if delay and sweep:
         raise InvalidInput("--sweep and --delay both say when vertices start; give one")
+    read = files_read(inputs, recipe, how, choosing)
+    plans = planned(output, read, how.save_pairs, pair=False)
     with progress_bar() as progress:
-        told = related(inputs, how, choosing, part(progress, 0.0, 0.4))
+        told = related(inputs, recipe, how, choosing, part(progress, 0.0, 0.4))
+        align = _is_aligned(told.recipe, recipe) if align is None else align
         result: Any = told.result
         moved = [alignment_line(result)] if align else []
         result = result.aligned() if align else result
-        vertices = result.correspondence.vertices_a
-        delays = _delays(delay, len(vertices)) if delay else _swept(sweep, vertices)
-        way: dict[str, Any] = {"path_kind": path, "time": time, "delay": delays}
+        options: dict[str, Any] = {"path": path, "time": time, "sweep": sweep}
+        options |= {"frames": frames, "seconds": seconds}
+        shown_as = told.recipe.morph.model_copy(update=only_given(options))
+        way = way_of(shown_as, result)
+        if delay:
+            way["delay"] = _delays(delay, len(result.correspondence.vertices_a))
         crossing = intersections_in_morph(result, **way, progress=part(progress, 0.4, 0.6))
-        settings = {**way, "frames": frames, "seconds": seconds}
+        settings = {**morph_settings(shown_as, result), **way}
         files = written(plans, result, settings, part(progress, 0.6, 1.0))
     if json:
         about = {"aligned": align, "intersecting_faces": crossing}
@@ -104,6 +114,11 @@ def morph(
         out.print(listing([(moved[0][0], f"{moved[0][1]}; --no-align leaves it as it lies")]))
     out.print(listing([("on the way", _crossings(crossing, len(result.faces)))]))
     out.print(shown(files))
+
+
+def _is_aligned(chosen: CombineRecipe | RegisterRecipe, file: Path | None) -> bool:
+    """Whether b is moved onto a where no option says so."""
+    return file is None or not isinstance(chosen, CombineRecipe) or chosen.align
 
 
 def _crossings(counts: list[int], faces: int) -> str:
@@ -123,13 +138,3 @@ def _delays(file: Path, count: int) -> Floats:
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "iuf":
         raise InvalidFile(f"{file}: not a .npy file of one array of numbers")
     return checked_delay(values, count)
-
-
-def _swept(side: Side | None, vertices: Floats) -> Floats | None:
-    """Delays that grow with the distance from one side."""
-    if side is None:
-        return None
-    depth = -vertices @ np.array(VIEWS[side])
-    span = float(np.ptp(depth))
-    delays: Floats = LATEST * (depth - depth.min()) / (span or 1.0)
-    return delays

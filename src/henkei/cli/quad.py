@@ -8,36 +8,40 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from henkei.cli.combining import NO_DEFAULT, Flag, Source, listing
+from henkei.cli.combining import NO_DEFAULT, Flag, Source, listing, recipe_line
 from henkei.cli.console import console, errors, progress_bar
 from henkei.cli.outputs import shown
 from henkei.cli.quadrangulating import (
     Quadrangulating,
+    Task,
     as_dict,
-    caged,
     doubts,
     planned,
     quadrangulated,
     quality_lines,
     written_cage,
 )
-from henkei.errors import Infeasible
+from henkei.errors import Infeasible, InvalidInput
 from henkei.progress import part
+from henkei.recipes.quad import QuadRecipe
+from henkei.workflows.quad_by_recipe import cage_by_recipe
 
 SOME_FAILED = 3  # exit status
 
 
 def quad(
-    mesh: Path,
+    mesh: Path | None = None,
     /,
     *,
     output: Annotated[
         tuple[Path, ...], Parameter(name=["--output", "-o"], show_default=False)
     ] = (),
+    recipe: Path | None = None,
     how: Quadrangulating | None = None,
     layout_mesh: Annotated[Path | None, NO_DEFAULT] = None,
     cage: Annotated[Path | None, NO_DEFAULT] = None,
     report: Annotated[Path | None, NO_DEFAULT] = None,
+    schema: Flag = False,
     json: Flag = False,
 ) -> None:
     """Make any triangle mesh into quads only.
@@ -61,6 +65,9 @@ def quad(
         A file to write; may be repeated. `.obj`, `.ply`: quads with texture coordinates and the
         patch of each; `.vtk`, `.vtp`, `.vtu`, `.off`: quads; `.inp`, `.bdf`, `.msh` ...: shell
         elements; `.npz`: the whole result, for `henkei.load`.
+    recipe
+        A JSON file with how quads are made; options beside it take the place of what it says.
+        `--schema` has all that it may say.
     how
         How quads are made.
     layout_mesh
@@ -72,30 +79,38 @@ def quad(
     report
         Write this PNG: quads from two sides coloured by their shape, irregular vertices marked, and
         the patches.
+    schema
+        Print the JSON schema of recipes, for editors, and do nothing else.
     json
         Print what was done and how good it is as JSON.
     """
-    how = how or Quadrangulating()
-    plans = planned(output, layout_mesh, report, cage, [mesh, *how.files])
+    if schema:
+        print(QuadRecipe.schema_text(), end="")
+        return
+    if mesh is None:
+        raise InvalidInput("no mesh given, as in: henkei quad part.stl -o quads.obj")
+    task = Task.of(mesh, how or Quadrangulating(), recipe)
+    plans = planned(output, layout_mesh, report, cage, task.inputs)
     source = Source.read("mesh", mesh)
     with progress_bar() as progress:
-        result = quadrangulated(source, how, part(progress, 0.0, 0.9 if cage is None else 0.5))
+        result = quadrangulated(source, task, part(progress, 0.0, 0.9 if cage is None else 0.5))
         files = [plan.written(result) for plan in plans]
         failure = ""
         if cage is not None:
             try:
-                control = caged(source, how, part(progress, 0.5, 1.0))
+                within = part(progress, 0.5, 1.0)
+                control = cage_by_recipe(source.surface, task.recipe, progress=within)
                 files.append(written_cage(cage, control))
             except Infeasible as error:
                 failure = f"{cage}: {error}"
     if json:
-        told = as_dict(source, how, result)
+        told = as_dict(source, task, result)
         print(jsonlib.dumps({**told, "files": [file.as_dict() for file in files]}, indent=2))
     else:
-        lines = [("mesh", source.described), *quality_lines(result.quality, how)]
-        console().print(listing(lines))
+        lines = [("mesh", source.described), *recipe_line(recipe)]
+        console().print(listing([*lines, *quality_lines(result.quality, task.recipe)]))
         console().print(shown(files))
-    for doubt in doubts(result.quality, how):
+    for doubt in doubts(result.quality, task.recipe):
         errors().print(f"warning: {doubt}", markup=False, soft_wrap=True)
     if failure:
         errors().print(failure, markup=False, soft_wrap=True)

@@ -5,31 +5,32 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
-from henkei.cli.combining import NO_DEFAULT, Source
+from henkei.cli.combining import Source
 from henkei.cli.outputs import Written, require_places
+from henkei.cli.recipes import folder_of, named_in, overridden, read_recipe
 from henkei.errors import InvalidInput, InvalidMesh
 from henkei.io import write
 from henkei.mesh import PolygonMesh
 from henkei.progress import Progress
-from henkei.quad import QuadQuality, QuadResult, quadrangulate
-from henkei.quad.cage import quad_cage
+from henkei.quad import QuadQuality, QuadResult
 from henkei.quad.wishes import QUADS as WISHED
+from henkei.quad.wishes import Way
+from henkei.recipes.quad import QuadRecipe
+from henkei.workflows.quad_by_recipe import density_file, quad_by_recipe
 from henkei.workflows.quad_files import QUADS, require_ending, write_layout, write_quads
 from henkei.workflows.quad_picture import quad_picture
 from henkei.workflows.results import SUFFIX as RESULT
 from henkei.workflows.results import save
-from henkei.workflows.vertex_values import is_value_file, vertex_values
+from henkei.workflows.vertex_values import is_value_file
 
 AXES = ("x", "y", "z")
 WORTH_TELLING = 0.05  # of the time, that a step takes
 COUNT = 0.1  # of the wished number of quads, by which it may be missed without a word
 Lines = list[tuple[str, str]]
-Plane = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 @Parameter(name="*")
@@ -45,7 +46,8 @@ class Quadrangulating:
         In place of their number: how long the edges of quads should be, in the unit of the mesh.
     layout
         How patches are laid out: along a cross field (`field`; fewest irregular vertices), or by
-        shape approximation (`vsa`); `auto` takes the field, and the other where that fails.
+        shape approximation (`vsa`); `auto`, which is done unless this is given, takes the field,
+        and the other where that fails.
     patches
         How many patches there should be, about; only for `--layout vsa`.
     sharp
@@ -60,26 +62,49 @@ class Quadrangulating:
         normal to this axis; or a point on it and its normal, as in `0,0,0,1,0,0`. The mesh must be
         symmetric about it, roughly.
     seed
-        For the random choices; the same seed gives the same quads.
+        For the random choices, 0 unless given; the same seed gives the same quads.
     """
 
     quads: int | None = None
     edge_length: float | None = None
-    layout: Literal["auto", "field", "vsa"] = "auto"
+    layout: Way | None = None
     patches: int | None = None
     sharp: float | None = None
-    density: Annotated[str | None, NO_DEFAULT] = None
-    symmetry: Annotated[str | None, Parameter(allow_leading_hyphen=True, show_default=False)] = None
-    seed: Annotated[int, Parameter(validator=Number(gte=0))] = 0
+    density: str | None = None
+    symmetry: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
+    seed: int | None = None
+
+    def applied(self, recipe: QuadRecipe, folder: Path) -> QuadRecipe:
+        """The recipe with this in place of its own.
+
+        Parameters
+        ----------
+        folder : that the recipe's files are in.
+
+        Raises
+        ------
+        InvalidInput : a value cannot be used, or values contradict each other or the recipe.
+        """
+        density = self.density
+        if density is not None and is_value_file(density):
+            density = named_in(folder, density)
+        if self.quads is not None or self.edge_length is not None:
+            recipe = recipe.model_copy(update={"quads": None, "edge_length": None})
+        return overridden(
+            recipe,
+            quads=self.quads,
+            edge_length=self.edge_length,
+            layout=self.layout,
+            patches=self.patches,
+            sharp=self.sharp,
+            density=density,
+            symmetry=self.plane,
+            seed=self.seed,
+        )
 
     @property
-    def files(self) -> list[Path]:
-        """What is read beside the mesh."""
-        return [Path(self.density)] if self.density and is_value_file(self.density) else []
-
-    @property
-    def plane(self) -> str | Plane | None:
-        """The plane of symmetry: an axis, or a point and a normal.
+    def plane(self) -> str | dict[str, list[float]] | None:
+        """The plane of symmetry as a recipe has it: an axis, or a point and a normal.
 
         Raises
         ------
@@ -88,15 +113,55 @@ class Quadrangulating:
         if self.symmetry is None or self.symmetry in AXES:
             return self.symmetry
         try:
-            numbers = tuple(float(word) for word in self.symmetry.split(","))
+            numbers = [float(word) for word in self.symmetry.split(",")]
         except ValueError:
-            numbers = ()
+            numbers = []
         if len(numbers) != 6:
             raise InvalidInput(
                 f"--symmetry is x, y, z, or a point and a normal as in 0,0,0,1,0,0; not "
                 f"{self.symmetry!r}"
             )
-        return numbers[:3], numbers[3:]
+        return {"point": numbers[:3], "normal": numbers[3:]}
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is made into quads, and how.
+
+    recipe : with the options that were given beside its file.
+    file : of the recipe, if it has one.
+    """
+
+    mesh: Path
+    recipe: QuadRecipe
+    file: Path | None = None
+
+    @classmethod
+    def of(cls, mesh: Path, how: Quadrangulating, file: Path | None) -> Task:
+        """What is asked.
+
+        Raises
+        ------
+        InvalidInput : the recipe, or a value in its place, cannot be used.
+        """
+        return cls(mesh, how.applied(read_recipe(QuadRecipe, file), folder_of(file)), file)
+
+    @property
+    def folder(self) -> Path:
+        """Where files are that the recipe names."""
+        return folder_of(self.file)
+
+    @property
+    def inputs(self) -> list[Path]:
+        """What is read."""
+        density = density_file(self.recipe, self.folder)
+        return [self.mesh, *(file for file in (self.file, density) if file is not None)]
+
+    @property
+    def asked(self) -> dict[str, Any]:
+        """What is asked for, for JSON."""
+        asked = self.recipe.model_dump(exclude={"schema_file", "about"})
+        return {"recipe": None if self.file is None else str(self.file), "asked": asked}
 
 
 @dataclass(frozen=True)
@@ -171,48 +236,17 @@ def _require_picture(path: Path) -> None:
     usable("auto")
 
 
-def quadrangulated(source: Source, how: Quadrangulating, progress: Progress) -> QuadResult:
+def quadrangulated(source: Source, task: Task, progress: Progress) -> QuadResult:
     """Quads as asked.
 
     Raises
     ------
     HenkeiError : see :func:`henkei.quadrangulate`; what is wrong with the mesh names its file.
     """
-    mesh, density = source.surface, how.density
     try:
-        return quadrangulate(
-            mesh,
-            quads=how.quads,
-            edge_length=how.edge_length,
-            patches=how.patches,
-            layout=how.layout,
-            sharp=how.sharp,
-            density=density
-            if density in (None, "curvature")
-            else vertex_values(mesh, density, source.path),
-            symmetry=how.plane,
-            seed=how.seed,
-            progress=progress,
-        )
+        return quad_by_recipe(source.surface, task.recipe, folder=task.folder, progress=progress)
     except InvalidMesh as error:
         raise type(error)(f"{source.path}: {error}") from None
-
-
-def caged(source: Source, how: Quadrangulating, progress: Progress) -> PolygonMesh:
-    """A cage of few quads, with sharp edges and symmetry as asked.
-
-    Raises
-    ------
-    Infeasible : there is none near the surface.
-    """
-    return quad_cage(
-        source.surface,
-        sharp=how.sharp,
-        symmetry=how.plane,
-        layout=how.layout,
-        seed=how.seed,
-        progress=progress,
-    )
 
 
 def written_cage(path: Path, cage: PolygonMesh) -> Written:
@@ -221,7 +255,7 @@ def written_cage(path: Path, cage: PolygonMesh) -> Written:
     return Written.of(f"a cage of {cage.face_count:,} quads", [path])
 
 
-def quality_lines(q: QuadQuality, how: Quadrangulating) -> Lines:
+def quality_lines(q: QuadQuality, how: QuadRecipe) -> Lines:
     """What was done, and how good it is."""
     wished = "" if how.quads is None else f" ({how.quads:,} wished)"
     if how.edge_length is not None:
@@ -249,7 +283,7 @@ def quality_lines(q: QuadQuality, how: Quadrangulating) -> Lines:
     ]
 
 
-def doubts(q: QuadQuality, how: Quadrangulating) -> list[str]:
+def doubts(q: QuadQuality, how: QuadRecipe) -> list[str]:
     """Why not to trust the quads, or in what they are not as asked."""
     found = []
     wished = how.quads or (WISHED if how.edge_length is None else q.quads)
@@ -267,9 +301,9 @@ def doubts(q: QuadQuality, how: Quadrangulating) -> list[str]:
     return found
 
 
-def as_dict(source: Source, how: Quadrangulating, result: QuadResult) -> dict[str, Any]:
+def as_dict(source: Source, task: Task, result: QuadResult) -> dict[str, Any]:
     """Input, what was asked, and quality, for JSON."""
-    return {**source.as_dict(), "asked": asdict(how), "quality": asdict(result.quality)}
+    return {**source.as_dict(), **task.asked, "quality": asdict(result.quality)}
 
 
 def _number(count: int) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from cyclopts import Parameter
 from cyclopts.validators import Number
 from numpy.typing import NDArray
@@ -18,10 +19,16 @@ from henkei.batch.report import CSV, JSON
 from henkei.cli.combining import NO_DEFAULT, Flag, listing
 from henkei.cli.console import console, errors, progress_bar
 from henkei.cli.outputs import shown, written
-from henkei.cli.registering import Registering, outputs, registered
+from henkei.cli.recipes import folder_of, read_recipe
+from henkei.cli.registering import Registering, Task, outputs, registered
 from henkei.errors import InvalidInput
 from henkei.io.files import BY_SUFFIX
 from henkei.progress import part
+from henkei.recipes.register import RegisterRecipe
+from henkei.workflows.combine_by_recipe import pair_array
+from henkei.workflows.labels import is_label_file
+from henkei.workflows.morph_by_recipe import morph_settings
+from henkei.workflows.register_by_recipe import mediator_file, method_settings
 from henkei.workflows.results import SUFFIX
 
 SOME_FAILED, NONE_DONE = 3, 2  # exit status
@@ -54,12 +61,14 @@ class Spreading:
 
 
 def register(
-    source: Path,
+    source: Path | None = None,
     /,
     *targets: Path,
     output: Annotated[tuple[str, ...], Parameter(name=["--output", "-o"], show_default=False)] = (),
+    recipe: Path | None = None,
     how: Registering | None = None,
     many: Spreading | None = None,
+    schema: Flag = False,
     json: Flag = False,
 ) -> None:
     """Register a mesh onto any other: its connectivity in the shape of the other.
@@ -82,41 +91,50 @@ def register(
         A file to write; may be repeated. `.ply`, `.obj`, `.off`, `.stl`, `.vtp` ...: the mesh.
         `.npz`: the whole result. `.glb`, `.gltf`, `.usda`, `.usdc`, `frame_%04d.ply`, `.png`,
         `.gif`, `.mp4`: the morph. For several scans: the `folder/` for all results.
+    recipe
+        A JSON file with how to register, and how a morph is shown; options beside it take the place
+        of what it says. `--schema` has all that it may say.
     how
         How to register.
     many
         How several scans are done.
+    schema
+        Print the JSON schema of recipes, for editors, and do nothing else.
     json
         Print inputs, quality and files as JSON; for several scans the report.
     """
+    if schema:
+        print(RegisterRecipe.schema_text(), end="")
+        return
     how, many = how or Registering(), many or Spreading()
-    if not targets:
+    if source is None or not targets:
         raise InvalidInput(
             "no mesh to register onto; name one, as in: henkei register A B -o c.ply"
         )
     if not output:
         raise InvalidInput("nothing to write; name a file, as in: -o registered.ply")
     if len(targets) > 1 or targets[0].is_dir() or any(_is_folder(name) for name in output):
-        _many(source, targets, output, how, many, json)
+        _many(source, targets, output, recipe, how, many, json)
         return
     if many != Spreading():
         raise InvalidInput(
             "--format, --workers, --scheduler and --force are about several scans; name more, or "
             "a folder/ as output"
         )
-    _one(source, targets[0], output, how, json)
+    _one(Task.of(source, targets[0], how, recipe), output, how, json)
 
 
 def _is_folder(name: str) -> bool:
     return name.endswith(("/", os.sep)) or Path(name).is_dir()
 
 
-def _one(source: Path, target: Path, output: Sequence[str], how: Registering, json: bool) -> None:
-    plans = outputs(output, [source, target, *how.files])
+def _one(task: Task, output: Sequence[str], how: Registering, json: bool) -> None:
+    plans = outputs(output, [*task.inputs, *how.landmark_inputs])
     with progress_bar() as progress:
-        done = registered(source, target, how, part(progress, 0.0, 0.8))
+        done = registered(task, part(progress, 0.0, 0.8))
         result: Any = done.result
-        files = written(plans, result, {}, part(progress, 0.8, 1.0))
+        shown_as = morph_settings(task.recipe.morph, result)
+        files = written(plans, result, shown_as, part(progress, 0.8, 1.0))
     if json:
         listed = [file.as_dict() for file in files]
         print(jsonlib.dumps({**done.as_dict(), "files": listed}, indent=2))
@@ -130,20 +148,23 @@ def _many(
     template: Path,
     scans: Sequence[Path],
     output: Sequence[str],
+    recipe: Path | None,
     how: Registering,
     many: Spreading,
     json: bool,
 ) -> None:
+    folder = folder_of(recipe)
+    chosen = how.applied(read_recipe(RegisterRecipe, recipe), folder)
     with progress_bar() as progress:
         report = register_many(
             template,
             scans,
             _folder(output),
-            mediator=how.mediator_file or how.mediator,
-            landmarks=_landmarks(how),
-            regions=how.regions,
-            seed=how.seed,
-            settings=how.settings,
+            mediator=mediator_file(chosen, folder) or chosen.mediator,
+            landmarks=_landmarks(how, chosen),
+            regions=_regions(chosen, folder),
+            seed=chosen.seed,
+            settings=method_settings(chosen),
             mesh_suffix=f".{many.format}",
             workers=many.workers,
             scheduler=many.scheduler,
@@ -166,16 +187,24 @@ def _folder(output: Sequence[str]) -> Path:
     return path
 
 
-def _landmarks(how: Registering) -> NDArray[Any] | Path | None:
+def _regions(recipe: RegisterRecipe, folder: Path) -> tuple[str, str] | None:
     """What :func:`register_many` takes for them."""
+    if recipe.regions is None:
+        return None
+    a, b = (str(folder / n) if is_label_file(n) else n for n in recipe.regions)
+    return a, b
+
+
+def _landmarks(how: Registering, recipe: RegisterRecipe) -> NDArray[Any] | Path | None:
+    """What :func:`register_many` takes for them: those of options, else those of the recipe."""
     if how.landmark_files:
         raise InvalidInput(
             "--landmark-files is for one scan; for several give --landmarks a folder, or the "
             "template's file if those of the scans lie beside the scans"
         )
     if how.landmark:
-        return how.pairs()
-    return how.landmarks
+        return np.array(how.pairs())
+    return how.landmarks or pair_array(recipe.landmarks)
 
 
 def _show(report: Report, folder: Path) -> None:

@@ -9,11 +9,9 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from cyclopts import Parameter
-from numpy.typing import NDArray
 from rich.console import Console
 
 from henkei.batch.files import by_file
-from henkei.batch.labels import is_label_file, labels_in, read_labels
 from henkei.cli.combining import (
     NO_DEFAULT,
     Combining,
@@ -21,15 +19,19 @@ from henkei.cli.combining import (
     Source,
     chosen_landmarks,
     listing,
+    recipe_line,
 )
 from henkei.cli.outputs import PAIR, Output, Written, planned
+from henkei.cli.recipes import folder_of, named_in, overridden, read_recipe
 from henkei.errors import HenkeiError, InvalidInput
-from henkei.io import read, write
-from henkei.mesh import Mesh
+from henkei.io import write
 from henkei.morph.write import NUMBER
 from henkei.progress import Progress
-from henkei.register import Registration, Settings, register
+from henkei.recipes.register import RegisterRecipe, is_mediator_file
+from henkei.register import Registration
 from henkei.register.quality import RegisterQuality
+from henkei.workflows.labels import is_label_file
+from henkei.workflows.register_by_recipe import label_files, mediator_file, register_by_recipe
 
 
 @Parameter(name="*")
@@ -41,7 +43,7 @@ class Registering:
     ----------
     mediator
         The shape that both are brought to: `sphere`, `quadruped`, `humanoid`, or the file of a
-        closed mesh. Take one that resembles both.
+        closed mesh; `sphere` unless given. Take one that resembles both.
     landmarks
         Corresponding places: a JSON file with `[[i, j], ...]` (vertices of SOURCE and TARGET,
         counted from 0) or pairs of 3-D points. For several scans, this is such a file for all of
@@ -58,45 +60,57 @@ class Registering:
         integer attribute of the vertices, or a file (`.npy`, or `.txt` with one integer per line);
         for several scans the second may be a folder with a file for each, of the scan's name.
     rule
-        Which vertex a point of TARGET attracts: the nearest, or literally the one as published (for
-        study: it folds and hardly reaches the target).
+        Which vertex a point of TARGET attracts: the `nearest`, unless this says `literal`, the one
+        as published (for study: it folds and hardly reaches the target).
     distortion
-        What the form of faces weighs against covering TARGET: more (0.03) for statistics, where
-        vertices should not slide; less for the closest fit.
+        What the form of faces weighs against covering TARGET, 0.001 unless given: more (0.03) for
+        statistics, where vertices should not slide; less for the closest fit.
     seed
-        For the random choice of points; the same seed gives the same bytes.
+        For the random choice of points, 0 unless given; the same seed gives the same bytes.
     """
 
-    mediator: str = "sphere"
+    mediator: str | None = None
     landmarks: Path | None = None
     landmark: Indices = ()
     landmark_files: Annotated[tuple[Path, Path] | None, NO_DEFAULT] = None
     regions: Annotated[tuple[str, str] | None, NO_DEFAULT] = None
-    rule: Literal["nearest", "literal"] = "nearest"
-    distortion: float = Settings.distortion
-    seed: int = 0
+    rule: Literal["nearest", "literal"] | None = None
+    distortion: float | None = None
+    seed: int | None = None
+
+    def applied(self, recipe: RegisterRecipe, folder: Path) -> RegisterRecipe:
+        """The recipe with this in place of its own, but for its landmarks.
+
+        Parameters
+        ----------
+        folder : that the recipe's files are in.
+
+        Raises
+        ------
+        InvalidInput : a value cannot be used.
+        """
+        mediator, regions = self.mediator, None
+        if mediator is not None and is_mediator_file(mediator):
+            mediator = named_in(folder, mediator)
+        if self.regions is not None:
+            regions = [named_in(folder, n) if is_label_file(n) else n for n in self.regions]
+        return overridden(
+            recipe,
+            mediator=mediator,
+            regions=regions,
+            rule=self.rule,
+            distortion=self.distortion,
+            seed=self.seed,
+        )
 
     @property
-    def settings(self) -> Settings:
-        """The method's settings."""
-        return Settings(rule=self.rule, distortion=self.distortion)
+    def landmark_inputs(self) -> list[Path]:
+        """The files of landmarks that are read."""
+        given = (self.landmarks, *(self.landmark_files or ()))
+        return [file for file in given if file is not None]
 
-    @property
-    def files(self) -> list[Path]:
-        """What is read beside the meshes."""
-        labels = [name for name in self.regions or () if is_label_file(name)]
-        given = (self.landmarks, *(self.landmark_files or ()), *labels)
-        shape = self.mediator_file
-        return [Path(file) for file in (*given, shape) if file is not None]
-
-    @property
-    def mediator_file(self) -> Path | None:
-        """The file of the mediator, if it is not one by name."""
-        path = Path(self.mediator)
-        return path if path.suffix or path.is_file() else None
-
-    def pairs(self) -> NDArray[Any]:
-        """The landmarks of files and options together."""
+    def pairs(self) -> list[Any] | None:
+        """The landmarks of files and options together; None if none are given."""
         return chosen_landmarks(
             Combining(
                 landmarks=self.landmarks,
@@ -106,20 +120,69 @@ class Registering:
         )
 
 
+@dataclass(frozen=True)
+class Task:
+    """What is registered, and how.
+
+    recipe : with the options that were given beside its file.
+    file : of the recipe, if it has one.
+    """
+
+    source: Path
+    target: Path
+    recipe: RegisterRecipe
+    file: Path | None
+
+    @classmethod
+    def of(cls, source: Path, target: Path, how: Registering, file: Path | None) -> Task:
+        """What is asked.
+
+        Raises
+        ------
+        InvalidInput : the recipe, or a value in its place, cannot be used.
+        """
+        recipe = how.applied(read_recipe(RegisterRecipe, file), folder_of(file))
+        return cls(source, target, overridden(recipe, landmarks=how.pairs()), file)
+
+    @property
+    def folder(self) -> Path:
+        """Where files are that the recipe names."""
+        return folder_of(self.file)
+
+    @property
+    def inputs(self) -> list[Path]:
+        """What is read, but for landmarks."""
+        file = [] if self.file is None else [self.file]
+        return [self.source, self.target, *file, *named_files(self.recipe, self.folder)]
+
+
+def named_files(recipe: RegisterRecipe, folder: Path) -> list[Path]:
+    """The mediator and labels that a recipe names, as far as they are files."""
+    mediator = mediator_file(recipe, folder)
+    return [*([mediator] if mediator else []), *label_files(recipe, folder)]
+
+
 @dataclass(frozen=True, eq=False)
 class Registered:
     """Two meshes and the first registered onto the second."""
 
     sources: tuple[Source, Source]
-    how: Registering
+    task: Task
     result: Registration
+
+    @property
+    def recipe(self) -> RegisterRecipe:
+        """What was asked for."""
+        return self.task.recipe
 
     def as_dict(self) -> dict[str, Any]:
         """Inputs, how, and quality, for JSON."""
+        file = self.task.file
         return {
             **{source.name: source.as_dict() for source in self.sources},
-            "mediator": self.how.mediator,
-            "seed": self.how.seed,
+            "recipe": None if file is None else str(file),
+            "mediator": self.recipe.mediator,
+            "seed": self.recipe.seed,
             "landmarks": np.asarray(self.result.landmarks).tolist(),
             "quality": asdict(self.result.quality),
         }
@@ -127,35 +190,26 @@ class Registered:
     def show(self, console: Console) -> None:
         """Print the same for people."""
         lines = [(source.name, source.described) for source in self.sources]
-        lines.append(("mediator", self.how.mediator))
+        lines += [*recipe_line(self.task.file), ("mediator", self.recipe.mediator)]
         lines += quality_lines(self.result.quality, len(self.result.landmarks))
         console.print(listing(lines))
 
 
-def registered(source: Path, target: Path, how: Registering, progress: Progress) -> Registered:
+def registered(task: Task, progress: Progress) -> Registered:
     """Register one mesh onto another as asked.
 
     Raises
     ------
     HenkeiError : see :func:`henkei.register`; the message names the files.
     """
-    sources = Source.read("source", source), Source.read("target", target)
-    a, b = (Mesh.from_any(one.surface) for one in sources)
-    file = how.mediator_file
+    sources = Source.read("source", task.source), Source.read("target", task.target)
+    a, b = (one.surface for one in sources)
     try:
-        result = register(
-            a,
-            b,
-            mediator=how.mediator if file is None else Mesh.from_any(read(file)),
-            landmarks=how.pairs(),
-            regions=_labels((a, b), (source, target), how),
-            seed=how.seed,
-            settings=how.settings,
-            progress=progress,
-        )
+        result = register_by_recipe(a, b, task.recipe, folder=task.folder, progress=progress)
     except HenkeiError as error:
-        raise type(error)(by_file(str(error), source=source, target=target)) from None
-    return Registered(sources, how, result)
+        named = by_file(str(error), source=task.source, target=task.target)
+        raise type(error)(named) from None
+    return Registered(sources, task, result)
 
 
 def outputs(given: Sequence[str], inputs: Sequence[Path]) -> list[Output]:
@@ -200,18 +254,6 @@ def quality_lines(q: RegisterQuality, landmarks: int) -> list[tuple[str, str]]:
     if q.bridged:
         lines.append(("bridged", f"{q.bridged:,} vertices where the target has holes"))
     return lines
-
-
-def _labels(
-    meshes: tuple[Mesh, Mesh], paths: tuple[Path, Path], how: Registering
-) -> tuple[NDArray[Any], NDArray[Any]] | None:
-    if how.regions is None:
-        return None
-    a, b = (
-        read_labels(Path(name)) if is_label_file(name) else labels_in(mesh, name, str(path))
-        for name, mesh, path in zip(how.regions, meshes, paths, strict=True)
-    )
-    return a, b
 
 
 def _is_mesh(name: str) -> bool:

@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
 from fnmatch import fnmatchcase
-from typing import Annotated, Any, Literal, Self, get_args, get_type_hints
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import (
     AfterValidator,
     BeforeValidator,
-    ConfigDict,
     Discriminator,
     Field,
     SerializerFunctionWrapHandler,
     Tag,
-    ValidationError,
     WithJsonSchema,
-    create_model,
     model_serializer,
     model_validator,
 )
 
 from henkei.deform.constraints import Keep
 from henkei.deform.settings import Method, Settings
-from henkei.errors import InvalidInput, some
+from henkei.errors import some
 from henkei.geometry.form_features import ANGLE, SHORTEST, SMALLEST
 from henkei.recipes.recipe import (
     LISTED,
@@ -41,11 +37,11 @@ from henkei.recipes.recipe import (
     by_form,
     fault,
     meant,
-    reason,
     require_one_way,
     require_unique,
 )
 from henkei.recipes.regions import KEYS, Found, Region
+from henkei.recipes.settings import SettingsOf
 
 Share = Annotated[Number, Field(ge=0, lt=1)]
 Kind = Literal["fixed", "features", "handles", "pins", "offsets"]
@@ -227,30 +223,7 @@ def _region_alone(data: Any) -> Any:
     return {"region": data} if alone else data
 
 
-class _Strict(Part):
-    model_config = ConfigDict(strict=True)
-
-
-_HINTS = get_type_hints(Settings)
-_FIELDS: dict[str, Any] = {f.name: (_HINTS[f.name], f.default) for f in fields(Settings)}
-_Settings = create_model(
-    "Settings",
-    __base__=_Strict,
-    __doc__="Of the method, see henkei.deform.Settings.",
-    **_FIELDS,
-)
-
-
-def _usable_settings(given: dict[str, Any]) -> dict[str, Any]:
-    try:
-        _Settings.model_validate(given)
-        Settings(**given)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise fault(reason(first), *first["loc"], *first.get("ctx", {}).get("place", ())) from None
-    except InvalidInput as error:
-        raise fault(str(error)) from None
-    return given
+_SETTINGS = SettingsOf(Settings, "henkei.deform.Settings")
 
 
 class DeformRecipe(Recipe):
@@ -284,9 +257,7 @@ class DeformRecipe(Recipe):
     symmetry: Symmetry | None = None
     method: Method = "linear"
     settings: Annotated[
-        dict[str, Any],
-        AfterValidator(_usable_settings),
-        WithJsonSchema(_Settings.model_json_schema()),
+        dict[str, Any], AfterValidator(_SETTINGS.checked), WithJsonSchema(_SETTINGS.schema)
     ] = Field(default_factory=dict)
 
     @model_validator(mode="after")

@@ -81,6 +81,13 @@ class Recipe(Part):
             raise InvalidInput(_told(error, data)) from None
 
     @classmethod
+    def from_any(cls, source: Any) -> Self:
+        """A recipe as it is, or from its file or its data; see :meth:`read` and :meth:`of`."""
+        if isinstance(source, cls):
+            return source
+        return cls.read(source) if isinstance(source, str | os.PathLike) else cls.of(source)
+
+    @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Self:
         """The recipe in a JSON file.
 

@@ -126,7 +126,13 @@ class Deformed:
         }
 
 
-def staged(recipe: DeformRecipe, surface: Surface, *, folder: Path = Path()) -> Staged:
+def staged(
+    recipe: DeformRecipe,
+    surface: Surface,
+    *,
+    folder: Path = Path(),
+    regions: Regions | None = None,
+) -> Staged:
     """A deformer that holds, moves and keeps what the recipe says, at rest and not yet prepared.
 
     Parameters
@@ -134,6 +140,7 @@ def staged(recipe: DeformRecipe, surface: Surface, *, folder: Path = Path()) -> 
     recipe : see :class:`henkei.recipes.deform.DeformRecipe`.
     surface : the mesh at rest.
     folder : that files which the recipe names are in.
+    regions : of this surface, found as the recipe says, if they were made before.
 
     Raises
     ------
@@ -141,7 +148,7 @@ def staged(recipe: DeformRecipe, surface: Surface, *, folder: Path = Path()) -> 
         message names the field of the recipe or the name of the part.
     """
     deformer = Deformer(surface, settings=Settings(**recipe.settings))
-    regions = Regions(surface, folder, recipe.finding.model_dump())
+    regions = regions or Regions(surface, folder, recipe.finding.model_dump())
     found = {
         "fixed": [_one(*part, regions) for part in _parts(recipe, "fixed")],
         "features": [_named(*part, regions) for part in _parts(recipe, "features")],

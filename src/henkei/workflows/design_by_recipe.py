@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -67,10 +65,7 @@ def design_by_recipe(
     HenkeiError : as :class:`henkei.Designer`; where a constraint does not fit the cage, the message
         names its field in the recipe.
     """
-    if isinstance(recipe, str | os.PathLike):
-        recipe = DesignRecipe.read(Path(recipe))
-    elif not isinstance(recipe, DesignRecipe):
-        recipe = DesignRecipe.of(recipe)
+    recipe = DesignRecipe.from_any(recipe)
     chosen = adapted(recipe, levels=levels, gamma=gamma)
     designer = designer_of(cage, chosen, part(progress, 0.0, 0.3))
     constrain(designer, chosen)
@@ -174,7 +169,7 @@ def constrain(designer: Designer, recipe: DesignRecipe, places: Places | None = 
     for kind in KINDS:
         named = zip(recipe.parts(kind), recipe.names(kind), strict=True)
         for index, (one, name) in enumerate(named):
-            _add(designer, one, name, f"{kind}[{index}]", places)
+            add_constraint(designer, one, name, f"{kind}[{index}]", places)
 
 
 def solved(
@@ -247,8 +242,19 @@ def _doubts(quality: DesignQuality) -> list[str]:
     return found
 
 
-def _add(designer: Designer, one: Constraint, name: str, field: str, places: Places) -> None:
-    """Ask for one constraint; it gets its target once it is known to fit."""
+def add_constraint(
+    designer: Designer, one: Constraint, name: str, field: str, places: Places
+) -> None:
+    """Ask for one constraint; it gets its target once it is known to fit.
+
+    Parameters
+    ----------
+    field : what messages call it, as in "pins[0]".
+
+    Raises
+    ------
+    InvalidInput : it does not fit the cage.
+    """
     match one:
         case recipes.Pin():
             place = places.place(one.level, one.point, f"{field}.point")

@@ -17,8 +17,9 @@ def is_value_file(name: str) -> bool:
     return Path(name).suffix.lower() in ENDINGS
 
 
-def vertex_values(mesh: Surface, name: str, path: Path) -> Floats:
-    """The numbers (n,) in a file, or in an attribute of the mesh that was read from ``path``.
+def vertex_values(mesh: Surface, name: str, path: Path | str) -> Floats:
+    """The numbers (n,) in a file, or in an attribute of the mesh that was read from ``path``, or
+    that messages shall call so.
 
     A file is a ``.npy`` array, or text with one number per line, in the order of the vertices.
 
@@ -51,7 +52,7 @@ def _read(file: Path) -> Floats:
         raise InvalidFile(f"{file}: cannot be read as one number per vertex ({error})") from None
 
 
-def _attribute(mesh: Surface, name: str, path: Path) -> Floats:
+def _attribute(mesh: Surface, name: str, path: Path | str) -> Floats:
     values = mesh.attributes.vertex.get(name)
     if values is None:
         known = some(mesh.attributes.vertex) or "none"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from henkei.errors import InvalidFile, InvalidInput, some
-from henkei.mesh import Mesh
+from henkei.mesh import Surface
 
 ENDINGS = (".npy", ".txt")
 
@@ -41,7 +41,7 @@ def read_labels(path: Path) -> NDArray[np.int64]:
     return np.array(labels, dtype=np.int64)
 
 
-def labels_in(mesh: Mesh, name: str, path: str) -> NDArray[np.int64]:
+def labels_in(mesh: Surface, name: str, path: str) -> NDArray[np.int64]:
     """The labels (n,) that a mesh carries as an attribute of its vertices.
 
     Raises
