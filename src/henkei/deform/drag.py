@@ -86,6 +86,14 @@ class Drag:
         self._set_exactly(positions, move, float(angle))
         return positions
 
+    @property
+    def response(self) -> Floats:
+        """What a unit of translation adds: a factor for each vertex ``(n,)``; under a symmetry
+        ``(3, n, 3)``, for a unit along each axis."""
+        if self._response.ndim == 1:
+            return self._response
+        return self._response.reshape(3, -1, 3)
+
     def _translated(self) -> Floats:
         """What a unit step adds: a factor for each vertex, or three rows under a symmetry."""
         step = self._prepared.surface.diagonal

@@ -69,9 +69,11 @@ def found_by_all(system: System, positions: Sequence[Floats]) -> Floats:
     else:
         parts = [factor_spd(system.levels[0].products).solve(inner[0])[system.pinned]]
     for one in sorted(system.constraints, key=lambda one: one.level):
+        if everything and not one.level:
+            continue  # it moves the cage's pins
         if one.level == finest:
             parts.append(times(one.rows, positions[-1]))
-        elif one.level or not everything:
+        else:
             parts.append(times(compact(system.dual(one).T), inner[one.level]))
     return np.concatenate(parts)
 

@@ -1,0 +1,424 @@
+"""A session: one document, what is done to it, and the pages that look at it.
+
+All of it runs on one thread, the engine's, so that nothing needs a lock; what happens elsewhere,
+in jobs and uploads, is posted to that thread.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+from henkei.errors import HenkeiError, InvalidInput
+from henkei.progress import silent
+from henkei.recipes.any import RECIPES, recipe_from
+from henkei.recipes.recipe import Recipe
+from henkei.studio import examples
+from henkei.studio.document import TABS, Document, MeshEntry
+from henkei.studio.document_actions import document_action
+from henkei.studio.jobs import Done, Outcome
+from henkei.studio.messages import Message
+from henkei.studio.packing import packed
+from henkei.studio.pages import Client, EngineProgress, Pages
+from henkei.studio.services import Services
+from henkei.studio.sessions import Kept, Sessions
+from henkei.studio.tabs.base import Action, LongAction
+from henkei.studio.works import Post, Works, reason
+
+BROKEN = (
+    "this failed inside henkei, which is a fault of ours. Nothing was changed; please report it "
+    "with what the terminal says"
+)
+_LOG = logging.getLogger(__name__)
+
+
+class Session:
+    """One document and its pages.
+
+    Parameters
+    ----------
+    folder : where sessions and blobs are kept.
+    post : runs something on this session's thread, later.
+    """
+
+    def __init__(self, folder: Path, post: Post) -> None:
+        self._post = post
+        self._sessions = sessions = Sessions(
+            Document(),
+            dump=lambda document: document.model_dump(mode="json"),
+            load=Document.model_validate,
+            folder=folder,
+        )
+        self._services = Services(sessions.blobs)
+        self._pages = Pages(self._services)
+        self._services.tell = lambda message: self._notice("info", message)
+        self._works = Works(sessions.folder, sessions.blobs.folder, post, self._pages.tell)
+        self._tab = "combine"
+        self._done: deque[Any] = deque(maxlen=1000)  # ids of messages
+        self._kept: Kept[Document] = sessions.create()
+
+    # From pages
+
+    def connected(self, client: Client) -> None:
+        """A page has come; it is told everything once it says hello."""
+        self._pages.add(client)
+
+    def disconnected(self, client: Client) -> None:
+        """A page has gone; what it was dragging is kept."""
+        self._pages.remove(client)
+
+    def receive(self, client: Client, message: Message) -> None:
+        """Do what a page asks for, and answer it."""
+        answers: dict[str, Callable[[Client, Message], None]] = {
+            "hello": self._hello,
+            "do": self._do,
+            "grab": self._grab,
+            "drop": self._drop,
+            "undo": self._undo,
+            "redo": self._redo,
+            "cancel": self._cancel,
+        }
+        ident = message.header.get("id")
+        with self._answering(client, ident):
+            if ident in self._done:  # asked again by a page that lost the answer
+                client.send({"kind": "done", "id": ident, "revision": self._pages.revision})
+                return
+            if message.kind not in answers:
+                raise InvalidInput(f"there is no message of kind {message.kind[:40]!r}")
+            answers[message.kind](client, message)
+            if ident is not None:
+                self._done.append(ident)
+                client.send({"kind": "done", "id": ident, "revision": self._pages.revision})
+
+    def live(self, client: Client, message: Message) -> None:
+        """Try an action on what was committed last, for the picture; a crash does not lose it."""
+        with self._answering(client, None):
+            arguments = _arguments(message)
+            blended = arguments.pop("blended", False)  # by the page, which wants no positions
+            tab, action = self._action(message, arguments)
+            if isinstance(action, LongAction):
+                raise InvalidInput("long work is not done while dragging")
+            committed = self._kept.history.committed
+            state = action.apply(committed.tab(tab), self._services)
+            self._kept.draft(committed.with_tab(tab, state), action.label, tab)
+            if not blended:
+                sequence = message.header.get("sequence")
+                self._pages.show_positions(self._now, tab, exact=False, sequence=sequence)
+
+    # From files, examples and other threads
+
+    def open(self, path: Path) -> None:
+        """Open a file of the person who started the studio."""
+
+        def ended(outcome: Outcome) -> None:
+            if isinstance(outcome, Done):
+                self._add(**outcome.result)
+            else:
+                self._notice("error", reason(outcome))
+
+        self._works.read(path, path.name, ended, alone=False)
+
+    def uploaded(self, path: Path, name: str) -> dict[str, Any]:
+        """Open a file from a page, and wait for it; called on a thread for uploads."""
+        answers: SimpleQueue[dict[str, Any]] = SimpleQueue()
+        if name.lower().endswith(".json"):
+            recipe = recipe_from(path)
+            self._post(lambda: answers.put(self._take_recipe(recipe)))
+            return answers.get()
+
+        def ended(outcome: Outcome) -> None:
+            if isinstance(outcome, Done):
+                answers.put({"mesh": self._add(**outcome.result)})
+            else:
+                answers.put({"message": reason(outcome) or "cancelled"})
+
+        self._works.read(path, name, ended, alone=True)
+        return answers.get()
+
+    def _take_recipe(self, recipe: Recipe) -> dict[str, Any]:
+        """Give a recipe to the tab that it is for, whose meshes are open."""
+        tab = next(name for name, kind in RECIPES.items() if isinstance(recipe, kind))
+        try:
+            state = self._filled(tab)
+            data = {"recipe": recipe.model_dump(mode="json", exclude_defaults=True)}
+            state = TABS[tab].action("load", data).apply(state, self._services)
+        except HenkeiError as error:
+            return {"message": str(error)}
+        self._tab = tab
+        self._change(self._now.with_tab(tab, state), "open recipe", tab)
+        return {"recipe": tab}
+
+    def _filled(self, tab: str) -> Any:
+        """The state of a tab; if it has no mesh yet, with those that are open."""
+        state = self._now.tab(tab)
+        if not any(state.meshes.values()):
+            for slot, entry in zip(state.slots, self._now.meshes, strict=False):
+                state = state.with_mesh(slot, entry.id)
+        return state
+
+    def _add(self, surface: str, name: str, vertices: int, faces: int, about: str) -> str:
+        """Open a surface that is a blob; it goes into the first free slot of the tab in front."""
+        document = self._now
+        entry = MeshEntry(
+            id=document.next_id(),
+            name=name,
+            surface=surface,
+            vertices=vertices,
+            faces=faces,
+            about=about,
+        )
+        document = document.with_entry(entry)
+        state = document.tab(self._tab)
+        free = [slot for slot, mesh in state.meshes.items() if mesh is None]
+        if free:
+            document = document.with_tab(self._tab, state.with_mesh(free[0], entry.id))
+        self._change(document, f"open {name}", self._tab)
+        return entry.id
+
+    def export(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Begin to write what a tab has as a file; see :mod:`henkei.studio.exports`."""
+        tab, form = request.get("tab"), request.get("format")
+        if tab not in TABS:
+            return {"message": f"there is no tab {str(tab)[:40]!r}"}
+        state, blobs = self._now.tab(tab), self._services.blobs
+        try:
+            meshes = {
+                slot: self._services.entry(mesh).model_dump(include={"surface", "name"})
+                for slot, mesh in state.meshes.items()
+            }
+        except HenkeiError as error:
+            return {"message": str(error)}
+        packed_state = packed(state.model_dump(mode="json"), blobs)
+        options = request.get("options", {})
+        asked = {"format": form, "options": options, "state": packed_state, "meshes": meshes}
+        return {"job": self._works.write(tab, asked)}
+
+    def download(self, ident: str) -> tuple[Path, str] | None:
+        """A file that was exported, and its name."""
+        return self._works.written(ident)
+
+    def data(self, blob: str) -> Path | None:
+        """The file of a blob; None if there is none."""
+        path = self._services.blobs.path(blob)
+        return path if path.exists() else None
+
+    def close(self) -> None:
+        """The studio ends; what is open is kept."""
+        self._works.close()
+        self._kept.close()
+
+    # What is done to the document as a whole
+
+    def show(self, tab: str) -> None:
+        """Bring a tab to the front; where it has no mesh yet, with those that are open."""
+        self._tab = tab
+        self._change(self._now.with_tab(tab, self._filled(tab)), "choose mesh", tab)
+
+    def open_example(self, name: str) -> None:
+        """Open the meshes of a built-in example, and its recipe."""
+        example = examples.made(name)
+        document = self._now
+        ids: list[str] = []
+        for title, surface in example.surfaces:
+            entry = MeshEntry(
+                id=document.next_id(),
+                name=title,
+                surface=self._services.blobs.put_surface(surface),
+                vertices=len(surface.vertices),
+                faces=surface.face_count,
+            )
+            document, ids = document.with_entry(entry), [*ids, entry.id]
+        self._tab = example.tab
+        state = document.tab(example.tab)
+        for slot, mesh in zip(state.slots, ids, strict=False):
+            state = state.with_mesh(slot, mesh)
+        state = state.model_copy(update=example.state)
+        self._change(document.with_tab(example.tab, state), f"open {name}", example.tab)
+
+    def remove_mesh(self, mesh: str) -> None:
+        """Close a mesh; tabs that it was in have none then."""
+        document, entry = self._now, self._services.entry(mesh)
+        left = tuple(one for one in document.meshes if one.id != mesh)
+        document = document.model_copy(update={"meshes": left})
+        for tab in TABS:
+            for slot, used in document.tab(tab).meshes.items():
+                if used == mesh:
+                    document = document.with_tab(tab, document.tab(tab).with_mesh(slot, None))
+        self._change(document, f"close {entry.name}", self._tab)
+
+    def rename_mesh(self, mesh: str, name: str) -> None:
+        """Give a mesh another name."""
+        self._services.entry(mesh)
+        renamed = tuple(
+            one.model_copy(update={"name": name}) if one.id == mesh else one
+            for one in self._now.meshes
+        )
+        self._change(self._now.model_copy(update={"meshes": renamed}), "rename mesh", self._tab)
+
+    def restore(self, session: str) -> None:
+        """Go on with an earlier session; the present one is kept."""
+        self._switch(self._sessions.open(session))
+
+    def forget(self, session: str) -> None:
+        """Delete an earlier session."""
+        self._sessions.forget(session)
+        self._publish()
+
+    def new(self) -> None:
+        """Begin an empty session; the present one is kept."""
+        self._switch(self._sessions.create())
+
+    # How it is done
+
+    @property
+    def _now(self) -> Document:
+        document: Document = self._kept.history.now
+        return document
+
+    def _hello(self, client: Client, message: Message) -> None:
+        wanted = message.header.get("session")
+        known = {offer.id for offer in self._sessions.offers()}
+        if wanted in known and not self._now.meshes:
+            self._switch(self._sessions.open(wanted))
+        else:
+            self._pages.add(client)
+            self._publish()
+
+    def _do(self, client: Client, message: Message) -> None:
+        if message.header.get("tab") == "document":
+            document_action(message.header.get("action"), _arguments(message)).do(self)
+            return
+        tab, action = self._action(message, _arguments(message))
+        TABS[tab].settle(self._services)
+        state = self._kept.history.committed.tab(tab)
+        if isinstance(action, LongAction):
+            self._start(tab, action, state)
+        else:
+            state = action.apply(state, self._services)
+            committed = self._kept.history.committed
+            self._change(committed.with_tab(tab, state), action.label, tab)
+
+    def _action(self, message: Message, arguments: dict[str, Any]) -> tuple[str, Action[Any]]:
+        tab = message.header.get("tab")
+        if tab not in TABS:
+            raise InvalidInput(f"there is no tab {str(tab)[:40]!r}")
+        return tab, TABS[tab].action(message.header.get("action"), arguments)
+
+    def _grab(self, client: Client, message: Message) -> None:
+        """A drag begins: if the surface answers it linearly, the page can do without frames."""
+        tab = message.header.get("tab")
+        if tab not in TABS:
+            raise InvalidInput(f"there is no tab {str(tab)[:40]!r}")
+        basis = TABS[tab].basis(self._now.tab(tab), _arguments(message), self._services)
+        if basis is not None:
+            self._pages.send_basis(client, tab, basis, _arguments(message))
+
+    def _drop(self, client: Client, message: Message) -> None:
+        self._kept.drop()
+        for tab in TABS.values():
+            tab.settle(self._services)
+        self._pages.show_positions(self._now, self._tab, exact=True)
+
+    def _undo(self, client: Client, message: Message) -> None:
+        self._step(self._kept.undo().tab)
+
+    def _redo(self, client: Client, message: Message) -> None:
+        self._step(self._kept.redo().tab)
+
+    def _step(self, tab: str) -> None:
+        """Show what was done or undone, where it was."""
+        self._tab = tab or self._tab
+        self._publish()
+
+    def _change(self, document: Document, label: str, tab: str) -> None:
+        self._kept.commit(document, label, tab)
+        self._publish()
+
+    def _switch(self, kept: Kept[Document]) -> None:
+        """Go on with another document."""
+        if kept is not self._kept:
+            self._kept.close()
+        self._works.abandon()
+        self._kept = kept
+        self._services.forget()
+        self._pages.forget()
+        steps = kept.history.steps[: kept.history.position + 1]
+        self._tab = next((step.tab for step in reversed(steps) if step.tab in TABS), self._tab)
+        if kept.damage:
+            self._services.tell(kept.damage)
+        self._publish()
+
+    def _start(self, tab: str, action: LongAction[Any], state: Any) -> None:
+        """Begin long work; when it is done, its result goes into the state as it is then."""
+
+        def ended(outcome: Outcome) -> None:
+            if isinstance(outcome, Done):
+                committed = self._kept.history.committed
+                state = action.finished(committed.tab(tab), outcome.result)
+                self._change(committed.with_tab(tab, state), action.label, tab)
+            else:
+                self._publish()
+
+        work = action.work(state, self._services)
+        self._works.start(tab, work, ended, self._pages.show_surface)
+
+    def _cancel(self, client: Client, message: Message) -> None:
+        self._works.cancel(str(message.header.get("job")))
+
+    def _publish(self) -> None:
+        """Tell all pages what is now."""
+        history = self._kept.history
+        self._services.meshes = self._now.meshes
+        header = {
+            "session": self._kept.id,
+            "undo": history.undo_label,
+            "redo": history.redo_label,
+            "jobs": self._works.listed,
+            "offers": self._offers(),
+            "examples": examples.listed(),
+        }
+        self._pages.publish(self._now, self._tab, header)
+        if self._kept.trouble:
+            self._notice("warning", self._kept.trouble)
+
+    def _notice(self, level: str, message: str) -> None:
+        self._pages.tell({"kind": "notice", "level": level, "message": message})
+
+    def _offers(self) -> list[dict[str, Any]]:
+        """Earlier sessions that can be had back; looked up while nothing is open."""
+        if self._now.meshes:
+            return []
+        return [
+            {"session": one.id, "saved": one.changed, "meshes": list(one.meshes)}
+            for one in self._sessions.offers()
+            if one.id != self._kept.id and one.meshes
+        ]
+
+    @contextmanager
+    def _answering(self, client: Client, ident: Any) -> Iterator[None]:
+        """Answer what goes wrong, and show the progress of what takes long."""
+        progress = EngineProgress(self._pages.tell)
+        self._services.progress = progress
+        try:
+            yield
+        except HenkeiError as error:
+            client.send({"kind": "refused", "id": ident, "message": str(error)})
+        except Exception:
+            _LOG.exception("a message failed")
+            client.send({"kind": "refused", "id": ident, "message": BROKEN})
+        finally:
+            self._services.progress = silent
+            progress.end()
+
+
+def _arguments(message: Message) -> dict[str, Any]:
+    """What a message says to its action: its ``arguments``, and its arrays as lists."""
+    given = message.header.get("arguments", {})
+    if not isinstance(given, dict):
+        raise InvalidInput("the arguments of an action must be an object")
+    return given | {name: array.tolist() for name, array in message.arrays.items()}

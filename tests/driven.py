@@ -1,0 +1,355 @@
+"""The studio as a person has it: ``henkei studio`` in a process, its page in a browser.
+
+Used by the tests of the page, with real events of mouse and keyboard.
+"""
+
+from __future__ import annotations
+
+import base64
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import henkei as hk
+from henkei.mesh import Surface
+from henkei.studio.blobs import Blobs
+from henkei.studio.packing import unpacked
+
+if TYPE_CHECKING:
+    from playwright.sync_api import ConsoleMessage, Locator, Page
+
+CHROMIUM = Path("/usr/bin/chromium")
+FLAGS = (
+    "--no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader "
+    "--disable-background-networking --disable-component-update --disable-sync --no-first-run "
+    "--disable-dev-shm-usage --mute-audio"
+).split()
+PATIENCE = 30.0  # seconds until something that should happen counts as never
+_BUSY = """() => {
+  const app = window.henkei?.studio;
+  if (!app?.state) return true;
+  return app.working > 0 || app.scenes.running || app.jobs.length > 0 || app.uploads.length > 0
+    || app.scenes.shown !== app.tab.name || app.state.tab !== app.tab.name;
+}"""
+_POSITIONS = """([key, viewport]) => {
+  const view = window.henkei.stage.viewports[viewport].surface(key);
+  if (!view) return null;
+  const {positions: {buffer, byteOffset, byteLength}, data: {centre, scale}} = view;
+  const bytes = new Uint8Array(buffer, byteOffset, byteLength);
+  let text = "";
+  for (let k = 0; k < bytes.length; k += 32768)
+    text += String.fromCharCode(...bytes.subarray(k, k + 32768));
+  return [btoa(text), centre, scale];
+}"""
+
+
+@dataclass
+class RunningStudio:
+    """A studio that was started by the command.
+
+    address : of the page, with its token.
+    folder : where its sessions are.
+    """
+
+    process: subprocess.Popen[str]
+    address: str
+    folder: Path
+
+    @property
+    def blobs(self) -> Blobs:
+        """What it keeps."""
+        return Blobs(self.folder / "blobs")
+
+    @property
+    def port(self) -> int:
+        """Where it listens."""
+        found = re.search(r":(\d+)/", self.address)
+        assert found is not None
+        return int(found[1])
+
+    def kill(self) -> None:
+        """End it without a warning, as a crash does."""
+        self.process.kill()
+        self.process.wait()
+
+    def stop(self) -> None:
+        """End it as Ctrl-C does."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        try:
+            self.process.wait(20)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            raise
+
+
+@contextmanager
+def studio_running(
+    folder: Path, *arguments: str | os.PathLike[str], port: int = 0
+) -> Iterator[RunningStudio]:
+    """``henkei studio`` with files or options, until the block ends."""
+    main = "import sys; from henkei.cli import main; sys.exit(main())"
+    options = ["--no-browser", "--port", str(port), "--folder", str(folder)]
+    environment = {**os.environ, "XDG_STATE_HOME": str(folder / "state")}
+    process = subprocess.Popen(
+        [sys.executable, "-c", main, "studio", *map(str, arguments), *options],
+        stdout=subprocess.PIPE,
+        stderr=None,
+        text=True,
+        env=environment,
+    )
+    assert process.stdout is not None
+    try:
+        address = process.stdout.readline().strip()
+        assert address.startswith("http"), f"the studio did not start: {address!r}"
+        studio = RunningStudio(process, address, folder)
+        yield studio
+        studio.stop()
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+def eventually(condition: Callable[[], Any], what: str = "") -> Any:
+    """What a condition says, once that is neither None nor False."""
+    end = time.monotonic() + PATIENCE
+    while True:
+        said = condition()
+        if said is not None and said is not False:
+            return said
+        assert time.monotonic() < end, f"it never came: {what or condition}"
+        time.sleep(0.02)
+
+
+@dataclass
+class Driven:
+    """A page of a studio, driven as a person does.
+
+    page : Playwright's.
+    errors : what went wrong in the page; a test fails if there is anything in it at its end.
+    """
+
+    page: Page
+    studio: RunningStudio
+    errors: list[str] = field(default_factory=list)
+    _forgiven: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.page.on("console", self._heard)
+        self.page.on("pageerror", lambda error: self._note(f"{error.message}\n{error.stack}"))
+
+    def _heard(self, said: ConsoleMessage) -> None:
+        # the page asks once whether it needs its token, and a browser tells every 403
+        asked = said.location["url"] == self.studio.address.split("?")[0] and "403" in said.text
+        if said.type == "error" and not asked:
+            self._note(said.text)
+
+    def _note(self, text: str) -> None:
+        if not any(re.search(pattern, text) for pattern in self._forgiven):
+            self.errors.append(text)
+
+    def forgive(self, pattern: str) -> None:
+        """From now on, errors like this are expected: the server is killed, say."""
+        self._forgiven.append(pattern)
+
+    def load(self) -> None:
+        """Open the page, anew if it is open; returns when it shows what the server has."""
+        self.page.goto(self.studio.address)
+        self.settle()
+
+    def begin(self) -> None:
+        """An empty session."""
+        if self.state["meshes"]:
+            self.page.evaluate("() => window.henkei.studio.begin('new')")
+            self.until(lambda: not self.state["meshes"], "an empty session")
+            self.settle()
+
+    # What it says
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """The state that the page has from the server; long lists are blobs in it."""
+        state: dict[str, Any] = self.page.evaluate("() => window.henkei?.studio.state ?? null")
+        return state
+
+    def tab(self, name: str) -> dict[str, Any]:
+        """``state`` and ``view`` of a tab, with all lists in place."""
+        entry = self.page.evaluate(f"() => window.henkei.studio.state.tabs.{name}")
+        whole: dict[str, Any] = unpacked(entry, self.studio.blobs)
+        return whole
+
+    def recipe(self, tab: str) -> dict[str, Any]:
+        """The recipe of a tab, as its method's ``Recipe.of`` takes it."""
+        recipe: dict[str, Any] = self.tab(tab)["state"]["recipe"]
+        return recipe
+
+    def positions(self, key: str, viewport: int = 0) -> NDArray[np.float64]:
+        """Where the vertices (n, 3) of a surface are drawn, in the unit of the mesh."""
+        found = self.page.evaluate(_POSITIONS, [key, viewport])
+        assert found is not None, f"there is no surface {key!r} in viewport {viewport}"
+        text, centre, scale = found
+        drawn = np.frombuffer(base64.b64decode(text), "<f4").reshape(-1, 3)
+        return np.array(centre) + scale * drawn.astype(np.float64)
+
+    def camera(self, viewport: int = 0) -> dict[str, Any]:
+        """The camera of a viewport, as recipes have it."""
+        view = f"window.henkei.stage.viewports[{viewport}].camera()"
+        camera: dict[str, Any] = self.page.evaluate(f"() => {view}")
+        return camera
+
+    def hint(self) -> str:
+        """What the status line says."""
+        return self.page.get_by_label("Hint", exact=True).inner_text()
+
+    def toasts(self) -> list[str]:
+        """What the messages in the corner say."""
+        return self.page.locator(".toast").all_inner_texts()
+
+    # Waiting
+
+    def until(self, condition: Callable[[], Any], what: str = "") -> Any:
+        """What a condition says, once that is neither None nor False."""
+        try:
+            return eventually(condition, what)
+        except AssertionError as error:
+            raise AssertionError(f"{error}; toasts {self.toasts()}, {self.errors}") from None
+
+    def settle(self) -> None:
+        """Wait until all that was asked for is done, and drawn."""
+        self.until(lambda: not self.page.evaluate(_BUSY), "the page to settle")
+
+    # By mouse and keyboard
+
+    def open_example(self, title: str) -> None:
+        """Click on an example of the start page."""
+        self.page.get_by_role("region", name="Examples").get_by_text(title, exact=True).click()
+        self.until(lambda: self.state["meshes"], f"example {title}")
+        self.settle()
+
+    def open_file(self, path: Path) -> str:
+        """Choose a file in the dialog; the id of its mesh."""
+        before = {one["id"] for one in self.state["meshes"]}
+        self.page.set_input_files("#files", str(path))
+        new = self.until(
+            lambda: [one for one in self.state["meshes"] if one["id"] not in before] or None,
+            f"mesh {path.name}",
+        )
+        self.settle()
+        return str(new[-1]["id"])
+
+    def open_mesh(self, surface: Surface, path: Path) -> str:
+        """Write a surface to a file, and open that; the id of the mesh."""
+        hk.write(path, surface)
+        return self.open_file(path)
+
+    def open_tab(self, title: str) -> None:
+        """Click on a tab."""
+        self.page.get_by_role("tab", name=title).click()
+        self.settle()
+
+    def button(self, name: str) -> Locator:
+        """The button of this name."""
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def press(self, keys: str) -> None:
+        """Press keys, as in ``Control+z``, where they belong to the page."""
+        self.page.keyboard.press(keys)
+        self.settle()
+
+    def project(self, key: str, vertex: int, viewport: int = 0) -> tuple[float, float]:
+        """Where a vertex of a surface is, in pixels of the page."""
+        x, y = self.page.evaluate(
+            "([key, vertex, viewport]) => window.henkei.stage.viewports[viewport]"
+            ".project(key, vertex)",
+            [key, int(vertex), viewport],
+        )
+        return x, y
+
+    def click_vertex(
+        self, key: str, vertex: int, viewport: int = 0, modifiers: Sequence[str] = ()
+    ) -> None:
+        """Click where a vertex is; ``modifiers`` such as Shift are held meanwhile."""
+        self.click(*self.project(key, vertex, viewport), modifiers=modifiers)
+
+    def click(self, x: float, y: float, modifiers: Sequence[str] = ()) -> None:
+        """Click at pixels of the page."""
+        self.drag([(x, y)], modifiers=modifiers)
+
+    def drag_vertex(
+        self, key: str, vertex: int, by: tuple[float, float], viewport: int = 0, steps: int = 6
+    ) -> None:
+        """Drag from where a vertex is, by pixels."""
+        x, y = self.project(key, vertex, viewport)
+        self.drag(_steps((x, y), (x + by[0], y + by[1]), steps))
+
+    def drag(
+        self,
+        way: Sequence[tuple[float, float]],
+        modifiers: Sequence[str] = (),
+        *,
+        release: bool = True,
+    ) -> None:
+        """Press at the first place of a way, go along it, release at its end."""
+        mouse, keyboard = self.page.mouse, self.page.keyboard
+        mouse.move(*way[0])
+        for modifier in modifiers:
+            keyboard.down(modifier)
+        mouse.down()
+        for x, y in way[1:]:
+            mouse.move(x, y)
+        if release:
+            mouse.up()
+        for modifier in modifiers:
+            keyboard.up(modifier)
+        if release:
+            self.settle()
+
+    def rectangle(
+        self, start: tuple[float, float], end: tuple[float, float], modifiers: Sequence[str] = ()
+    ) -> None:
+        """Drag from one corner to the other."""
+        self.drag(_steps(start, end, 4), modifiers)
+
+    def stage_box(self) -> tuple[float, float, float, float]:
+        """Left, top, width and height of the stage, in pixels of the page."""
+        box = self.page.evaluate(
+            "() => { const {left, top, width, height} ="
+            " document.querySelector('.viewer').getBoundingClientRect();"
+            " return [left, top, width, height]; }"
+        )
+        left, top, width, height = box
+        return left, top, width, height
+
+    def draw(self, drawing: bool) -> None:
+        """Switch drawing on or off: a picture takes long without a graphics card."""
+        self.page.evaluate(
+            "(drawing) => { window.henkei.stage.drawing = drawing; window.henkei.stage.render(); }",
+            drawing,
+        )
+
+    def picture(self, path: Path) -> None:
+        """Save what is seen."""
+        self.page.evaluate("() => window.henkei.stage.render()")
+        self.page.screenshot(path=path)
+
+
+def _steps(
+    start: tuple[float, float], end: tuple[float, float], count: int
+) -> list[tuple[float, float]]:
+    """Places (count + 1) at equal steps."""
+    return [
+        (start[0] + t * (end[0] - start[0]), start[1] + t * (end[1] - start[1]))
+        for t in np.linspace(0, 1, count + 1).tolist()
+    ]

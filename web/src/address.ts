@@ -1,0 +1,60 @@
+/** Where the server is: relative to the page, so that it works behind proxies, and its token. */
+
+const kept = `henkei ${location.pathname}`; // of this page, where several are behind one host
+
+/** What outlives a reload of this browser tab. */
+export function remembered(name: "token" | "session"): string | null {
+  try {
+    return sessionStorage.getItem(`${kept} ${name}`);
+  } catch {
+    return null; // storage can be forbidden
+  }
+}
+
+export function remember(name: "token" | "session", value: string): void {
+  try {
+    sessionStorage.setItem(`${kept} ${name}`, value);
+  } catch {
+    // then a reload begins anew
+  }
+}
+
+/** The token of the page's address, or else of an earlier load of it. */
+function given(): string | null {
+  const inAddress = new URL(location.href).searchParams.get("token");
+  if (inAddress !== null) remember("token", inAddress);
+  return inAddress ?? remembered("token");
+}
+
+export const token = given();
+
+/** Takes the token out of the address bar, if the page can then still be loaded again. */
+export async function hideToken(): Promise<void> {
+  const bare = new URL(location.href);
+  bare.searchParams.delete("token");
+  if (bare.href === location.href || remembered("token") !== token) return;
+  const { ok } = await fetch(bare, { method: "HEAD", cache: "no-store" }).catch(() => ({
+    ok: false,
+  }));
+  if (ok) history.replaceState(history.state, "", bare);
+}
+
+/** Of something of the server, such as "data/…". */
+export function address(path: string, query: Record<string, string> = {}): URL {
+  const url = new URL(path, location.href);
+  url.search = new URLSearchParams(query).toString();
+  url.hash = "";
+  return url;
+}
+
+/** Of the web socket; a web socket can send no headers, so the token is part of it. */
+export function socketAddress(): URL {
+  const url = address("ws", token === null ? {} : { token });
+  url.protocol = url.protocol.replace("http", "ws");
+  return url;
+}
+
+/** Headers that let a request in. */
+export function credentials(): Record<string, string> {
+  return token === null ? {} : { "X-Token": token };
+}
