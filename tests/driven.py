@@ -30,11 +30,18 @@ if TYPE_CHECKING:
     from playwright.sync_api import ConsoleMessage, Locator, Page
 
 CHROMIUM = Path("/usr/bin/chromium")
-FLAGS = (
-    "--no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader "
-    "--disable-background-networking --disable-component-update --disable-sync --no-first-run "
-    "--disable-dev-shm-usage --mute-audio"
-).split()
+FLAGS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+    "--disable-dev-shm-usage",
+    "--mute-audio",
+]
 PATIENCE = 30.0  # seconds until something that should happen counts as never
 _BUSY = """() => {
   const app = window.henkei?.studio;
@@ -321,6 +328,54 @@ class Driven:
     ) -> None:
         """Drag from one corner to the other."""
         self.drag(_steps(start, end, 4), modifiers)
+
+    def place(self, point: Sequence[float], viewport: int = 0) -> tuple[float, float]:
+        """Where a point in space is seen, in pixels of the page."""
+        camera = self.camera(viewport)
+        box = self.page.evaluate(
+            "(viewport) => { const {left, top, width, height} = window.henkei.stage"
+            ".viewports[viewport].element.getBoundingClientRect();"
+            " return [left, top, width, height]; }",
+            viewport,
+        )
+        ahead = np.subtract(camera["target"], camera["position"])
+        ahead /= np.linalg.norm(ahead)
+        right = np.cross(ahead, camera["up"])
+        right /= np.linalg.norm(right)
+        seen = np.subtract(point, camera["position"])
+        slope = np.tan(np.radians(camera["field_of_view"]) / 2)
+        size = box[3] / 2 / slope / (seen @ ahead)
+        x, y = seen @ right * size, seen @ np.cross(right, ahead) * size
+        return float(box[0] + box[2] / 2 + x), float(box[1] + box[3] / 2 - y)
+
+    def grasp(
+        self, axis: str, mode: str = "translate", viewport: int = 0
+    ) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Move the mouse onto an arrow (or a ring, mode ``rotate``) of the gizmo.
+
+        Where the mouse is then, and the way (x, y) in pixels that a unit along the axis is there.
+        """
+        gizmo = f"window.henkei.stage.viewports[{viewport}].gizmo"
+        found = self.page.evaluate(
+            f"() => {{ const {{handle, frame}} = {gizmo}; const {{x, y, z}} = handle.position;"
+            " const {centre, scale} = frame();"
+            " return [x, y, z].map((part, k) => centre[k] + scale * part); }"
+        )
+        centre, unit = np.array(found), np.eye(3)["xyz".index(axis)]
+        start = np.array(self.place(found, viewport))
+        size = np.linalg.norm(np.subtract(self.camera(viewport)["position"], centre)) / 100
+        way = (np.array(self.place((centre + size * unit).tolist(), viewport)) - start) / size
+        on = f"() => {gizmo}.controls.get('{mode}').axis"
+        angles = [0.0] if mode == "translate" else np.linspace(0, 2 * np.pi, 24).tolist()
+        for angle in angles:
+            cosine, sine = np.cos(angle), np.sin(angle)
+            ahead = np.array([[cosine, -sine], [sine, cosine]]) @ way / np.linalg.norm(way)
+            for distance in range(30, 180, 3):
+                x, y = (start + distance * ahead).tolist()
+                self.page.mouse.move(x, y)
+                if self.page.evaluate(on) == axis.upper():
+                    return (x, y), (float(way[0]), float(way[1]))
+        raise AssertionError(f"the gizmo has no {mode} of axis {axis} where it is looked for")
 
     def stage_box(self) -> tuple[float, float, float, float]:
         """Left, top, width and height of the stage, in pixels of the page."""

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     )
     from henkei.io import read, write
     from henkei.io.cae import read_model, write_model
+    from henkei.io.view import view
     from henkei.mesh import Attributes, Mesh, PolygonMesh
     from henkei.morph import write_morph
     from henkei.morph.targets import blend, write_targets
@@ -92,6 +93,7 @@ __all__ = [
     "shape_model",
     "shapes",
     "take_up",
+    "view",
     "weld",
     "without_degenerate_faces",
     "without_unused_vertices",
@@ -119,6 +121,7 @@ _HOMES = {
     ),
     "henkei.io": ("read", "write"),
     "henkei.io.cae": ("read_model", "write_model"),
+    "henkei.io.view": ("view",),
     "henkei.mesh": ("Attributes", "Mesh", "PolygonMesh"),
     "henkei.morph": ("write_morph",),
     "henkei.morph.targets": ("blend", "write_targets"),

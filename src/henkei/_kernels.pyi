@@ -1,5 +1,6 @@
 """Types of the compiled kernels; each is described at the top of its C++ file."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -144,6 +145,8 @@ def refine(
     weights: NDArray[np.float64],
     coarsest: int,
     sweeps: int,
+    done: Callable[[float], object],
+    seen: Callable[[NDArray[np.float64]], object] | None,
 ) -> NDArray[np.float64]: ...
 def turned_normals(
     weights: NDArray[np.float64],

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     import pyvista
     import trimesh
 
+    from henkei.io.scene import Scene
+
 Floats = NDArray[np.float64]
 Values = Mapping[str, NDArray[Any]]
 Ragged = tuple[Ints, NDArray[np.int64]]
@@ -128,6 +130,18 @@ class Surface(ABC):
         extra = f", {self.attributes!r}" if self.attributes else ""
         name = type(self).__name__
         return f"{name}({len(self.vertices)} vertices, {self.face_count} faces{extra})"
+
+    def _repr_html_(self) -> str:
+        """How a notebook shows it; see :func:`henkei.view`."""
+        from henkei.io.view import represented
+
+        return represented(self)
+
+    def _scene_(self) -> Scene:
+        """What there is to see of it."""
+        from henkei.io.scene import Scene
+
+        return Scene.of(self)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -16,10 +16,13 @@ def silent(message: str, fraction: float) -> None:
     """Report nothing."""
 
 
-def part(progress: Progress, start: float, end: float) -> Progress:
-    """The progress function of a step that takes the work from ``start`` to ``end``."""
+def part(progress: Progress, start: float, end: float, said: str | None = None) -> Progress:
+    """The progress function of a step that takes the work from ``start`` to ``end``.
+
+    said : in place of the step's own messages.
+    """
 
     def report(message: str, fraction: float) -> None:
-        progress(message, start + (end - start) * fraction)
+        progress(message if said is None else said, start + (end - start) * fraction)
 
     return report

@@ -114,6 +114,16 @@ def test_constraints_of_all_levels_are_met(name, seed, gamma, interpolating):
             assert np.abs(missed).max() < 1e-9 * designer.surface().diagonal
 
 
+@pytest.mark.parametrize("ways", [{}, {"interpolating": True}, {"support": 1}])
+@pytest.mark.parametrize("free", [[], [0], [0, 1, 2, 4, 5, 6]])
+def test_a_cage_without_levels_meets_its_pins(ways, free):
+    d = Designer(cube_cage(), 0, **ways)
+    d.pin(0, 3, [1, 1, 2])
+    d.unpin(free)
+    np.testing.assert_allclose(d.solve().vertices[3], [1, 1, 2], atol=1e-14)
+    assert d.quality.constraint_error < 1e-14
+
+
 @pytest.mark.parametrize("name", CAGES)
 def test_an_affine_map_of_all_targets_maps_the_surface(name):
     rng = np.random.default_rng(2)

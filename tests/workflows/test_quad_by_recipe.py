@@ -46,16 +46,6 @@ def test_the_same_as_the_plain_call(tmp_path, data, options):
     assert_same(quad_by_recipe(BALL, tmp_path / "r.json"), plain)
 
 
-def test_the_files_are_the_same(tmp_path):
-    data = {"quads": 60}
-    for name, result in (
-        ("a", hk.quadrangulate(BALL, **data)),
-        ("b", hk.quad_by_recipe(BALL, data)),
-    ):
-        hk.write_quads(tmp_path / f"{name}.obj", result)
-    assert (tmp_path / "a.obj").read_bytes() == (tmp_path / "b.obj").read_bytes()
-
-
 @pytest.mark.parametrize(
     ("data", "options"),
     [

@@ -28,15 +28,23 @@ function given(): string | null {
 
 export const token = given();
 
-/** Takes the token out of the address bar, if the page can then still be loaded again. */
-export async function hideToken(): Promise<void> {
+/**
+ * Takes the token out of the address bar, if this browser tab keeps it: then the refusal that the
+ * bare address gets comes back by itself, see `comeBack`.
+ */
+export function hideToken(): void {
   const bare = new URL(location.href);
   bare.searchParams.delete("token");
   if (bare.href === location.href || remembered("token") !== token) return;
-  const { ok } = await fetch(bare, { method: "HEAD", cache: "no-store" }).catch(() => ({
-    ok: false,
-  }));
-  if (ok) history.replaceState(history.state, "", bare);
+  history.replaceState(history.state, "", bare);
+}
+
+/** Where the page was refused for want of a token: loads it with the one this browser tab has. */
+export function comeBack(): void {
+  const here = new URL(location.href);
+  if (token === null || here.searchParams.has("token")) return;
+  here.searchParams.set("token", token);
+  location.replace(here);
 }
 
 /** Of something of the server, such as "data/…". */

@@ -13,14 +13,22 @@ export interface MeshEntry {
   about: string;
 }
 
-/** A way a tab's result can be saved. */
+export type OptionValue = boolean | string | number[];
+
+/** A way a tab's work can be saved as a file. */
 export interface ExportFormat {
   format: string;
   label: string;
+  /** A heading above it. */
+  group?: string;
   /** A second line, in small. */
   detail?: string;
-  /** Sent back with the format. */
-  options?: Record<string, unknown>;
+  /** Why it cannot be written, and what to do. */
+  missing?: string;
+  /** Defaults of what may be chosen, by name. */
+  options?: Record<string, OptionValue>;
+  /** What these options are called, and for texts, which there are. */
+  choices?: { name: string; label: string; choices: string[] }[];
 }
 
 /** What every tab's view has; each tab's own has more. */

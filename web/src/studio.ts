@@ -1,7 +1,7 @@
 /** The page of henkei studio. */
 
 import { h, render } from "preact";
-import { hideToken } from "./address.ts";
+import { comeBack, hideToken } from "./address.ts";
 import { App } from "./shell/app.ts";
 import { Shell } from "./shell/shell.tsx";
 import { listenToKeys } from "./shell/shortcuts.ts";
@@ -40,12 +40,13 @@ function begin(): void {
   });
   addEventListener("unhandledrejection", (event) => app.failed(event.reason));
   listenToKeys(app);
-  void hideToken();
+  hideToken();
   render(h(Shell, { app }), document.querySelector("#page")!);
 }
 
 try {
-  begin();
+  if (document.querySelector("#page")) begin();
+  else comeBack();
 } catch (error) {
   console.error(error);
   instead(`The studio could not begin: ${error}. Load the page again, or use another browser.`);

@@ -146,7 +146,8 @@ Out<double> refine(Vectors sphere, Vectors rest, Vectors guide, In<double, -1> t
                    In<uint8_t, -1> frozen, In<int32_t, -1> region, In<double, -1, -1> outside,
                    Vectors target_sphere, Vectors target, Vectors target_normals,
                    Faces target_faces, In<int32_t, -1> target_twins, Vectors control_sphere,
-                   Vectors controls, In<double, 7> weights, int64_t coarsest, int sweeps) {
+                   Vectors controls, In<double, 7> weights, int64_t coarsest, int sweeps,
+                   nb::callable done, std::optional<nb::callable> seen) {
     Array<double> moved(sphere.size());
     const double* w = weights.data();
     henkei::RefinementInput in{};
@@ -161,9 +162,19 @@ Out<double> refine(Vectors sphere, Vectors rest, Vectors guide, In<double, -1> t
     in.target_vertices = int64_t(target.shape(0));
     in.control_sphere = vectors(control_sphere), in.control_x = vectors(controls);
     in.controls = int64_t(controls.shape(0));
+    henkei::RefinementReport report;
+    report.done = [&](double share) {
+        nb::gil_scoped_acquire gil;
+        done(share);
+    };
+    const auto look = [&](const double* directions) {
+        nb::gil_scoped_acquire gil;
+        (*seen)(hand_over(Array<double>(directions, directions + sphere.size()), 3));
+    };
+    if (seen) report.seen = look;
     {
         nb::gil_scoped_release release;
-        henkei::refine(in, {w[0], w[1], w[2], w[3], w[4], w[5], w[6]}, coarsest, sweeps,
+        henkei::refine(in, {w[0], w[1], w[2], w[3], w[4], w[5], w[6]}, coarsest, sweeps, report,
                        moved.data());
     }
     return hand_over(std::move(moved), 3);
@@ -682,7 +693,7 @@ NB_MODULE(_kernels, m) {
     m.def("refine", &refine, "sphere"_a, "rest"_a, "guide"_a, "trust"_a, "faces"_a, "frozen"_a,
           "region"_a, "outside"_a, "target_sphere"_a, "target"_a, "target_normals"_a,
           "target_faces"_a, "target_twins"_a, "control_sphere"_a, "controls"_a, "weights"_a,
-          "coarsest"_a, "sweeps"_a);
+          "coarsest"_a, "sweeps"_a, "done"_a, "seen"_a);
     m.def("adapt", &adapt, "vertices"_a, "ring_start"_a, "ring"_a, "points"_a, "normals"_a,
           "winners"_a, "steps"_a, "rate_start"_a, "rate_end"_a, "radius_start"_a, "radius_end"_a,
           "literal"_a, "seed"_a, "low"_a, "high"_a);

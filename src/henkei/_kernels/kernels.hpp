@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace henkei {
@@ -68,10 +69,17 @@ struct RefinementWeights {
     double coverage, worst, distortion, lean, guide, hold, region;
 };
 
+// Who is told how a refinement goes on. done: after each sweep, with about the share of the work,
+// from 0 to 1. seen, if anyone looks: with the directions of all vertices, now and then.
+struct RefinementReport {
+    std::function<void(double)> done;
+    std::function<void(const double*)> seen;
+};
+
 // Where the vertices end on the sphere, through levels of at least `coarsest` vertices that are
 // not frozen.
 void refine(const RefinementInput& input, const RefinementWeights& weights, int64_t coarsest,
-            int sweeps, double* sphere);
+            int sweeps, const RefinementReport& report, double* sphere);
 
 // Positions (n, 3) on the unit sphere of a closed surface of genus 0; empty if there is no room in
 // floating point. desired: directions (n, 3), or null. area_weight: of areas against angles.

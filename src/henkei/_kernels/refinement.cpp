@@ -9,6 +9,7 @@
 // "MIPS: an efficient global parametrization method", 2000, and of areas) and their leaning away
 // from the target's normals. All this is done on coarse versions of the model first.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -416,9 +417,40 @@ struct Level {
     static constexpr int64_t kControlsPerVertex = 5;
 };
 
+// Shows where all vertices are while a level is refined: not often, nor for much of the time.
+class Window {
+  public:
+    explicit Window(const RefinementReport& report) : report_(report) {}
+
+    bool due() const { return report_.seen && Clock::now() >= next_; }
+
+    // The vertices that are away are put back for the look.
+    void show(Coarsening mesh, std::vector<Vec> sphere) {
+        const auto start = Clock::now();
+        while (mesh.rounds() > 0) mesh.refine(sphere);
+        report_.seen(sphere[0].data());
+        const auto end = Clock::now();
+        next_ = end + std::max<Clock::duration>(kPause, kPatience * (end - start));
+    }
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    static constexpr std::chrono::milliseconds kPause{100};
+    static constexpr int kPatience = 10;  // times what a look took
+
+    const RefinementReport& report_;
+    Clock::time_point next_{};
+};
+
+// The work on one level, as shares of the whole.
+struct Span {
+    double start, end;
+};
+
 // Sweeps over one level; writes where its vertices are now.
 void sweep_level(const RefinementInput& in, const RefinementWeights& weights,
-                 const Coarsening& mesh, int sweeps, std::vector<Vec>& sphere) {
+                 const Coarsening& mesh, int sweeps, std::vector<Vec>& sphere,
+                 const RefinementReport& report, Window& window, Span span) {
     const Level level(in, mesh, sphere);
     const RefinementInput input = level.input(in);
     const double coarser = double(in.vertices) / double(input.vertices);
@@ -427,31 +459,50 @@ void sweep_level(const RefinementInput& in, const RefinementWeights& weights,
     w.guide *= std::pow(coarser * 100 / double(in.vertices), 1.5);
     Refinement refinement(input, w);
     const int more = int(std::min(double(sweeps) * std::pow(coarser, kMore), 300.0));
+    const auto put = [&] {
+        for (size_t i = 0; i < level.own.size(); ++i) {
+            sphere[level.own[i]] = refinement.place(int64_t(i)).direction;
+        }
+    };
     for (int s = 0; s < more; ++s) {
-        if (refinement.sweep(s % 2 == 1) == 0) break;
+        const int64_t moved = refinement.sweep(s % 2 == 1);
+        report.done(span.start + (span.end - span.start) * (s + 1) / more);
+        if (window.due()) {
+            put();
+            window.show(mesh, sphere);
+        }
+        if (moved == 0) break;
     }
-    for (size_t i = 0; i < level.own.size(); ++i) {
-        sphere[level.own[i]] = refinement.place(int64_t(i)).direction;
-    }
+    put();
 }
 
 }  // namespace
 
 void refine(const RefinementInput& in, const RefinementWeights& weights, int64_t coarsest,
-            int sweeps, double* placed) {
+            int sweeps, const RefinementReport& report, double* placed) {
+    constexpr double kDown = 0.1;  // of the work, on the way to the coarsest level
     std::vector<Vec> sphere(in.sphere, in.sphere + in.vertices);
     Coarsening mesh(in.faces, in.faces_count, in.vertices);
+    Window window(report);
+    double done = 0;
+    const auto sweep = [&](int count, double until) {
+        sweep_level(in, weights, mesh, count, sphere, report, window, {done, until});
+        done = until;
+    };
+    const auto left = [&] { return double(mesh.vertex_count()) / double(in.vertices); };
     const int64_t frozen = std::count(in.frozen, in.frozen + in.vertices, uint8_t(1));
     while (mesh.vertex_count() - frozen > coarsest) {
         const int64_t taken = mesh.coarsen(sphere, in.rest, in.frozen);
         if (taken == 0) break;
-        sweep_level(in, weights, mesh, 2, sphere);
+        sweep(2, kDown * (1 - left()));
         if (taken < (mesh.vertex_count() - frozen) / 50) break;
     }
-    sweep_level(in, weights, mesh, sweeps, sphere);
+    // Levels of which each is by one factor finer, with sweeps as in sweep_level.
+    const auto up = [&] { return kDown + (1 - kDown) * std::pow(left(), 1 - kMore); };
+    sweep(sweeps, up());
     while (mesh.rounds() > 0) {
         mesh.refine(sphere);
-        sweep_level(in, weights, mesh, sweeps, sphere);
+        sweep(sweeps, up());
     }
     std::copy(sphere[0].data(), sphere[0].data() + 3 * in.vertices, placed);
 }

@@ -31,6 +31,11 @@ class Similarity:
         moved: Floats = self.scale * (np.asarray(points) @ self.rotation.T) + self.translation
         return moved
 
+    def undo(self, points: ArrayLike) -> Floats:
+        """The points ``(n, 3)`` whose images these are; the scale is above 0."""
+        unmoved: Floats = (np.asarray(points) - self.translation) @ self.rotation / self.scale
+        return unmoved
+
     def turn(self, directions: ArrayLike) -> Floats:
         """The images of directions ``(n, 3)``: turned only."""
         turned: Floats = np.asarray(directions) @ self.rotation.T

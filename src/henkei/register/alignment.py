@@ -99,8 +99,7 @@ def _cost(
 ) -> float:
     """Mean distance both ways, in the target's unit."""
     there = on_target.query(motion.apply(ours))[1].mean()
-    back = (theirs - motion.translation) @ motion.rotation / motion.scale
-    return float(there + motion.scale * on_source.query(back)[1].mean())
+    return float(there + motion.scale * on_source.query(motion.undo(theirs))[1].mean())
 
 
 def _closer(motion: Similarity, ours: Floats, target: Mesh, on_target: ClosestPoints) -> Similarity:

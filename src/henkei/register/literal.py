@@ -50,6 +50,7 @@ from henkei.register.quality import measured
 from henkei.register.registration import Registration
 from henkei.register.settings import Settings
 from henkei.register.surfaces import Closed
+from henkei.register.watching import Watcher
 from henkei.topology import Ints
 
 Numbers = NDArray[np.integer]
@@ -74,6 +75,7 @@ def registered(
     seed: int,
     settings: Settings,
     progress: Progress,
+    watcher: Watcher,
 ) -> Registration:
     """Algorithm 2 as printed.
 
@@ -96,15 +98,18 @@ def registered(
         drawn.append(deformed(outside, side.mesh, control, settings, seed, mapped))
     nearest = np.asarray(cKDTree(drawn[1]).query(drawn[0])[1])  # eq. 16
     held = np.searchsorted(ours.used, marks.vertices).astype(np.int32)
+    joined = theirs.mesh.vertices[nearest]  # eq. 17
+    watcher.show(joined)
     control = ControlPoints.of(theirs.mesh.vertices, theirs.mesh.vertex_normals)
     vertices = deformed(
-        theirs.mesh.vertices[nearest],  # eq. 17
+        joined,
         ours.mesh,
         with_landmarks(control, marks.points, held),
         settings,
         seed,
         part(progress, 0.7, 0.9),
     )
+    watcher.show(vertices)
     progress("measuring", 0.9)
     middle = (between.vertices.min(axis=0) + between.vertices.max(axis=0)) / 2
     inverted = inverted_on_sphere((drawn[0] - middle) / between.diagonal, ours.mesh.faces)

@@ -33,6 +33,7 @@ from henkei.register.registration import Registration
 from henkei.register.settings import Settings
 from henkei.register.spheres import OnSphere, brought_together, turned
 from henkei.register.surfaces import Closed, refuse_opposite
+from henkei.register.watching import UNSEEN, Watch, Watcher
 
 
 def register(
@@ -45,6 +46,7 @@ def register(
     seed: int = 0,
     settings: Settings | None = None,
     progress: Progress = silent,
+    watch: Watch | None = None,
 ) -> Registration:
     """Give the source the shape of the target; vertices, edges and faces stay the source's.
 
@@ -67,6 +69,10 @@ def register(
     seed : for the random choice of control points.
     settings : see :class:`Settings`.
     progress : see :mod:`henkei.progress`.
+    watch : shown the model on its way: called with where the source's vertices (n, 3) are, in the
+        target's space, after each step and up to ten times a second in the refinement. That takes a
+        tenth of the time, and does not change the result. On the way to a mediator, the model is
+        shown on it.
 
     Raises
     ------
@@ -89,19 +95,30 @@ def register(
     where = labelled(ours, theirs, regions)
     progress("aligning", 0.05)
     motion = aligned(ours.given, theirs.given, marks)
+    watcher = Watcher(ours, motion, watch)
+    watcher.show(motion.apply(ours.mesh.vertices))
     if chosen.rule == "literal":
         if regions is not None:
             raise InvalidInput('regions are not part of the literal form; take rule="nearest"')
-        return literal.registered(ours, theirs, shape, marks, motion, seed, chosen, progress)
+        return literal.registered(
+            ours, theirs, shape, marks, motion, seed, chosen, progress, watcher
+        )
     known = expectation(ours, theirs, motion, marks)
-    model, onto = _on_spheres(ours, theirs, shape, known, seed, chosen, part(progress, 0.1, 0.5))
+    watcher.show(known.points * np.sqrt(theirs.mesh.face_areas.sum()))
+    laying = part(progress, 0.1, 0.5)
+    model, onto = _on_spheres(ours, theirs, shape, known, seed, chosen, laying, watcher)
+    view = watcher.over(onto, theirs.mesh)
+    view.show(model)
     progress("unfolding onto the target", 0.5)  # algorithm 2, step 3
     model = brought_together(model, onto, known.landmarks, marks)
+    view.show(model)
     model = unfolded(model, onto, known, chosen, seed)
     model = brought_together(model, onto, known.landmarks, marks)
+    view.show(model)
     progress(f"refining, {_far(model, onto)} so far", 0.6)  # algorithm 1, steps 9 to 11
     refinement = Refinement(onto, known, where, chosen, seed)
-    model = refinement.refined(model, part(progress, 0.6, 0.9))
+    model = refinement.refined(model, part(progress, 0.6, 0.9), view)
+    view.show(model)
     progress(f"measuring, {_far(model, onto)}", 0.9)
     result = registration(ours, theirs, model, onto, marks, motion)
     progress("done", 1.0)
@@ -123,6 +140,7 @@ def _on_spheres(
     seed: int,
     settings: Settings,
     progress: Progress,
+    watcher: Watcher,
 ) -> tuple[OnSphere, OnSphere]:
     """Both surfaces on one sphere (algorithm 2, step 1: I' and F')."""
     progress("laying the source out on the sphere", 0.0)
@@ -132,15 +150,21 @@ def _on_spheres(
     nobody = no_landmarks()
     if shape is None:
         return turned(model, onto, known), onto
-    progress("bringing both to the mediator", 0.6)
+    progress("laying the mediator out on the sphere", 0.55)
     between = OnSphere.of(shape.mesh)
     to_shape = aligned(ours.given, shape.given, nobody), aligned(theirs.given, shape.given, nobody)
+    placed = Mesh(to_shape[1].undo(shape.mesh.vertices), shape.mesh.faces)
+    views = watcher.over(between, placed), UNSEEN
     drawn = []
-    for side, surface, move in zip((ours, theirs), (model, onto), to_shape, strict=True):
-        places = expectation(side, shape, move, nobody)
-        start = unfolded(turned(surface, between, places), between, places, settings, seed)
+    for i, side in enumerate((ours, theirs)):
+        said = f"bringing the {side.name} to the mediator"
+        bringing = part(progress, 0.6 + 0.2 * i, 0.8 + 0.2 * i, said)
+        bringing(said, 0.0)
+        places = expectation(side, shape, to_shape[i], nobody)
+        start = turned((model, onto)[i], between, places)
+        start = unfolded(start, between, places, settings, seed)
         refinement = Refinement(between, places, anywhere(side), settings, seed)
-        drawn.append(refinement.refined(start, silent))
+        drawn.append(refinement.refined(start, bringing, views[i]))
     return drawn[0], drawn[1]
 
 

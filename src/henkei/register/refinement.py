@@ -4,6 +4,7 @@ to 11), on the sphere, where no face may turn over."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -13,13 +14,14 @@ from henkei.geometry.morph_quality import intersecting_faces
 from henkei.geometry.progressive_sphere import inverted_on_sphere
 from henkei.geometry.sphere import one_rings, unit
 from henkei.mesh import Floats, Mesh
-from henkei.progress import Progress
+from henkei.progress import Progress, part
 from henkei.register.adaptation import NO_LANDMARK, ControlPoints, adapted
 from henkei.register.expectation import Expectation
 from henkei.register.quality import Flags, flipped_faces
 from henkei.register.regions import Regions
 from henkei.register.settings import Settings
 from henkei.register.spheres import OnSphere
+from henkei.register.watching import UNSEEN, View
 from henkei.topology import Ints
 
 LEAST_CURVATURE = 1.0  # of a part that still gets vertices, by the root of the surface's area
@@ -62,25 +64,34 @@ class Refinement:
     settings: Settings
     seed: int
 
-    def refined(self, model: OnSphere, progress: Progress) -> OnSphere:
+    def refined(self, model: OnSphere, progress: Progress, view: View = UNSEEN) -> OnSphere:
         """The model with its vertices where they cover the target best, faces as little distorted
         and as upright on it as can be; faces that fold in space all the same are cleared."""
         free = np.ones(len(model.directions), dtype=bool)
         free[self.expected.landmarks] = False
-        model = self._swept(model, free, 1)
+        model = self._swept(model, free, 1, part(progress, 0.0, 0.7, "refining"), view)
         folded = _folded(model, self.target)
         for i, (stiffer, rings) in enumerate(CLEARING):
-            progress(f"clearing {len(folded)} faces that fold in space", 0.7 + 0.06 * i)
-            part = free & _around(model.mesh, folded, rings)
-            if not 0 < np.count_nonzero(part) < LARGEST_PART * len(part):
+            said = f"clearing {len(folded)} faces that fold in space"
+            clearing = part(progress, 0.7 + 0.06 * i, 0.76 + 0.06 * i, said)
+            clearing(said, 0.0)
+            near = free & _around(model.mesh, folded, rings)
+            if not 0 < np.count_nonzero(near) < LARGEST_PART * len(near):
                 continue
-            clearer = self._swept(model, part, stiffer)
+            clearer = self._swept(model, near, stiffer, clearing, view)
             left = _folded(clearer, self.target)
             if len(left) < len(folded):
                 model, folded = clearer, left
         return model
 
-    def _swept(self, model: OnSphere, moving: Flags, stiffer: float) -> OnSphere:
+    def _swept(
+        self,
+        model: OnSphere,
+        moving: Flags,
+        stiffer: float,
+        progress: Progress,
+        view: View,
+    ) -> OnSphere:
         """The model after sweeps over some of its vertices, the form of faces weighing more."""
         target, settings = self.target, self.settings
         order = np.random.default_rng(self.seed).permutation(len(target.directions))
@@ -103,6 +114,8 @@ class Refinement:
             weights=_weights(settings, stiffer),
             coarsest=settings.coarsest,
             sweeps=settings.sweeps,
+            done=partial(progress, ""),
+            seen=view.seen,
         )
         if len(inverted_on_sphere(directions, model.mesh.faces)):
             return model

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from henkei.deform.drag import Drag
+from henkei.errors import HenkeiError
 from henkei.mesh import Floats
 from henkei.progress import Progress
 from henkei.recipes.deform import DeformRecipe
-from henkei.workflows.deform_by_recipe import Deformed, solved, staged
+from henkei.workflows.deform_by_recipe import Deformed, Staged, solved, staged
 from henkei.workflows.regions import Regions
 
 
@@ -18,7 +19,7 @@ def structure(recipe: DeformRecipe) -> tuple[Any, ...]:
     """What of a recipe a deformer is prepared for: all but poses, sizes and targets."""
     return (
         recipe.finding,
-        recipe.fixed,
+        [(one.name, one.region, one.weight) for one in recipe.fixed],
         [(one.name, one.region, one.kept, one.weight) for one in recipe.features],
         [(one.name, one.region, one.weight) for one in recipe.handles],
         [(one.name, one.point, one.weight) for one in recipe.pins],
@@ -29,7 +30,10 @@ def structure(recipe: DeformRecipe) -> tuple[Any, ...]:
 
 
 class Engine:
-    """The deformer of a recipe's structure.
+    """The deformer of a recipe's structure; its systems are factored when they are first needed.
+
+    stage : the deformer with the parts of the recipe.
+    latest : positions (n, 3) that were solved last; None before the first.
 
     Raises
     ------
@@ -37,29 +41,38 @@ class Engine:
     """
 
     def __init__(self, recipe: DeformRecipe, regions: Regions, progress: Progress) -> None:
-        self._stage = staged(recipe, regions.surface, regions=regions)
-        self._stage.prepare(recipe, progress)
-        self._solved: tuple[DeformRecipe, Floats] | None = None
+        self.stage: Staged = staged(recipe, regions.surface, regions=regions)
+        self.latest: Floats | None = None
+        self._progress = progress
+        self._prepared: HenkeiError | bool = False
+        self._solved: DeformRecipe | None = None
         self._measured: tuple[DeformRecipe, Deformed] | None = None
         self._drag: tuple[DeformRecipe, int, Drag] | None = None
 
     def positions(self, recipe: DeformRecipe) -> Floats:
-        """Positions (n, 3) of the deformed surface; by the drag that goes on, if it says them."""
-        if self._solved is None or self._solved[0] != recipe:
-            self._solved = recipe, self._moved(recipe)
-        return self._solved[1]
+        """Positions (n, 3) of the deformed surface; by the drag that goes on, if it says them.
+
+        Raises
+        ------
+        HenkeiError : as :meth:`henkei.Deformer.prepare` and ``solve``.
+        """
+        if self.latest is None or self._solved != recipe:
+            self.latest, self._solved = self._moved(recipe), recipe
+        return self.latest
 
     def deformed(self, recipe: DeformRecipe) -> Deformed:
-        """The deformed surface with the figures that tell whether to trust it."""
+        """The deformed surface with the figures that tell whether to trust it; as positions."""
         if self._measured is None or self._measured[0] != recipe:
-            self._measured = recipe, solved(self._stage, recipe)
+            self._prepare(recipe)
+            self._measured = recipe, solved(self.stage, recipe)
         return self._measured[1]
 
     def drag(self, recipe: DeformRecipe, handle: str) -> Drag:
-        """Prepare to drag a handle from where the recipe has it."""
+        """Prepare to drag a handle from where the recipe has it; as positions."""
+        self._prepare(recipe)
         index = recipe.names("handles").index(handle)
-        self._stage.pose(recipe)
-        drag = self._stage.deformer.drag(self._stage.handles[index])
+        self.stage.pose(recipe)
+        drag = self.stage.deformer.drag(self.stage.handles[index])
         self._drag = recipe, index, drag
         return drag
 
@@ -67,12 +80,26 @@ class Engine:
         """The drag is over: what comes is solved."""
         self._drag = self._solved = None
 
+    def _prepare(self, recipe: DeformRecipe) -> None:
+        """Factor the systems once; that they cannot be is said again without trying again."""
+        if isinstance(self._prepared, HenkeiError):
+            raise self._prepared
+        if self._prepared:
+            return
+        try:
+            self.stage.prepare(recipe, self._progress)
+            self._prepared = True
+        except HenkeiError as error:
+            self._prepared = error
+            raise
+
     def _moved(self, recipe: DeformRecipe) -> Floats:
         step = self._dragged(recipe)
         if step is not None and self._drag is not None:
             return self._drag[2].positions(step)
-        self._stage.pose(recipe)
-        return self._stage.deformer.solve(recipe.method)
+        self._prepare(recipe)
+        self.stage.pose(recipe)
+        return self.stage.deformer.solve(recipe.method)
 
     def _dragged(self, recipe: DeformRecipe) -> Floats | None:
         """How far the dragged handle was moved, if that alone is new since the drag began."""
@@ -80,10 +107,9 @@ class Engine:
             return None
         begun, index, _ = self._drag
         handles = list(recipe.handles)
-        step = np.subtract(handles[index].move.translation, begun.handles[index].move.translation)
-        move = handles[index].move.model_copy(
-            update={"translation": begun.handles[index].move.translation}
-        )
+        start = begun.handles[index].move.translation
+        step = np.subtract(handles[index].move.translation, start)
+        move = handles[index].move.model_copy(update={"translation": start})
         handles[index] = handles[index].model_copy(update={"move": move})
         back = recipe.model_copy(update={"handles": tuple(handles)})
         return step if back == begun else None

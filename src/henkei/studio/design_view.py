@@ -32,6 +32,7 @@ def described(
         "grid": engine.grid(level),
         "quads": engine.quads,
         "free": sorted(free),
+        "let_go": len(free),
         "parts": _parts(engine, recipe, level, designer),
         "next": _next(recipe, len(free) == count),
         "figures": [
@@ -87,11 +88,10 @@ def _figures(quality: DesignQuality) -> list[dict[str, Any]]:
     missed = quality.constraint_error
     figures: list[dict[str, Any]] = [
         {
-            "label": "Pins and curves missed by",
-            "value": 100 * missed,
-            "unit": "%",
+            "label": "Pins and curves",
+            "value": "met" if missed <= MET else f"missed by {100 * missed:.2g} %",
             "bad": missed > MET,
-            "hint": "The most, at their own level, of the diagonal; conflicts apart",
+            "hint": f"The most, at their own level: {missed:.1e} of the diagonal; conflicts apart",
         }
     ]
     if quality.conflicts:

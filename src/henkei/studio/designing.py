@@ -24,7 +24,7 @@ from henkei.workflows.design_by_recipe import add_constraint, designer_of
 from henkei.workflows.design_places import Places
 
 QUICK = 120_000  # vertices up to which a level is shown unasked
-LIVE = 40_000  # vertices up to which the whole surface follows settings at once
+LIVE = 16_000  # vertices up to which the whole surface follows settings at once
 SLOW = 200_000  # vertices from which on progress is told
 
 
@@ -166,8 +166,8 @@ class Engine:
     ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """What the page draws of a level, as :func:`henkei.studio.drawables.drawable` has it.
 
-        Positions are those of the flat cage, edges those of coarse levels first, creases only the
-        boundary.
+        Positions are those of the flat cage. Edges are in the order of :meth:`grid`, and creases
+        the same, so that the page can draw the edges of a coarser level.
         """
         faces, flat = self.faces(level), self.flat(recipe, level)
         centre, scale = frame_of(self._cage)
@@ -178,11 +178,11 @@ class Engine:
             "vertices": faces.vertex_count,
             "faces": faces.face_count,
         }
-        once = np.bincount(faces.corner_edges, minlength=len(faces.edges)) == 1
+        edges = faces.edges.astype(np.uint32)
         arrays: dict[str, NDArray[Any]] = {
             "positions": normalised(flat, centre, scale),
-            "edges": faces.edges.astype(np.uint32),
-            "creases": faces.edges[once].astype(np.uint32),
+            "edges": edges,
+            "creases": edges,
         }
         if (faces.sizes == 3).all():
             arrays["triangles"] = faces.indices.reshape(-1, 3).astype(np.uint32)
@@ -272,14 +272,14 @@ def pulled(line: Floats, index: int, by: Floats, reach: float) -> Floats:
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(steps)])
     apart = np.abs(along - along[index])
-    if np.array_equal(line[0], line[-1]):
+    closed = np.array_equal(line[0], line[-1])
+    if closed:
         apart = np.minimum(apart, along[-1] - apart)
-    share = np.zeros(len(line))
-    share[index] = 1.0
-    if reach > 0 and along[-1] > 0:
-        share = np.cos(np.minimum(apart / (reach * along[-1]), 1.0) * np.pi) / 2 + 0.5
-    elif np.array_equal(line[0], line[-1]) and index in (0, len(line) - 1):
-        share[[0, -1]] = 1.0
+    share = (apart == 0).astype(float)
+    near = apart < reach * along[-1]
+    share[near] = np.cos(np.pi * apart[near] / (reach * along[-1])) / 2 + 0.5
+    if closed:
+        share[-1] = share[0]
     moved: Floats = line + share[:, None] * by
     return moved
 

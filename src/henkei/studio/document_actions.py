@@ -28,6 +28,9 @@ class Whole(Protocol):
     def rename_mesh(self, mesh: str, name: str) -> None:
         """Give a mesh another name."""
 
+    def keep_product(self, tab: str, what: str) -> None:
+        """Open what a tab has made as a mesh."""
+
     def restore(self, session: str) -> None:
         """Go on with an earlier session."""
 
@@ -75,6 +78,16 @@ class Rename(Part):
         session.rename_mesh(self.mesh, self.name)
 
 
+class Keep(Part):
+    """Open what a tab has made as a mesh."""
+
+    tab: TabName
+    what: Name
+
+    def do(self, session: Whole) -> None:
+        session.keep_product(self.tab, self.what)
+
+
 class Restore(Part):
     """Go on with an earlier session."""
 
@@ -100,12 +113,13 @@ class New(Part):
         session.new()
 
 
-Act = Show | Example | Remove | Rename | Restore | Forget | New
+Act = Show | Example | Remove | Rename | Keep | Restore | Forget | New
 _KINDS: dict[str, type[Act]] = {
     "show": Show,
     "example": Example,
     "remove": Remove,
     "rename": Rename,
+    "keep": Keep,
     "restore": Restore,
     "forget": Forget,
     "new": New,
@@ -119,7 +133,7 @@ def document_action(name: Any, arguments: dict[str, Any]) -> Act:
     ------
     InvalidInput : there is none, or an argument is missing, unknown or not usable.
     """
-    if name not in _KINDS:
+    if not isinstance(name, str) or name not in _KINDS:
         raise InvalidInput(f"nothing named {str(name)[:40]!r} can be done to a document")
     try:
         return _KINDS[name].model_validate(arguments)

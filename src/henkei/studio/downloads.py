@@ -22,7 +22,9 @@ class Downloads:
     def place(self) -> tuple[str, Path]:
         """An id, and a new folder for its file."""
         ident = secrets.token_hex(16)
-        return ident, self._folder / ident
+        folder = self._folder / ident
+        folder.mkdir(mode=0o700, parents=True)
+        return ident, folder
 
     def put(self, ident: str, path: Path) -> None:
         """The file is there; the oldest ones go."""

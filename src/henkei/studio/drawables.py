@@ -6,12 +6,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from henkei.fans import fan_triangles
 from henkei.geometry.creases import Folds
 from henkei.mesh import Floats, Mesh, Surface
+from henkei.topology import Topology
 
 CREASE = 40.0  # degrees between neighbouring faces from which on their edge is drawn as a line
+FEWEST_EDGES = 8  # of a crease
 MANY_FACES = 400_000  # from which on only boundaries are, to be quick
 
 
@@ -66,8 +70,23 @@ def normalised(points: Floats, centre: Floats, scale: float) -> NDArray[np.float
 
 def _creases(surface: Surface) -> NDArray[np.uint32]:
     topology = surface.topology
-    chosen = np.flatnonzero(topology.twin < 0)
-    if surface.face_count <= MANY_FACES:
-        chosen = np.concatenate([chosen, Folds(surface).sharp(CREASE)])
-    ends = np.stack([surface.indices[chosen], topology.target[chosen]], axis=1)
-    return ends.astype(np.uint32)
+    border = _ends(topology, np.flatnonzero(topology.twin < 0))
+    if surface.face_count > MANY_FACES:
+        return border
+    sharp = _ends(topology, Folds(surface).sharp(CREASE))
+    return np.concatenate([border, _long(sharp, len(surface.vertices))])
+
+
+def _ends(topology: Topology, half_edges: NDArray[np.integer]) -> NDArray[np.uint32]:
+    ends = [topology.indices[half_edges], topology.target[half_edges]]
+    return np.stack(ends, axis=1).astype(np.uint32)
+
+
+def _long(edges: NDArray[np.uint32], count: int) -> NDArray[np.uint32]:
+    """Those edges that hang together in some number; few are noise of a scan."""
+    if not len(edges):
+        return edges
+    graph = coo_array((np.ones(len(edges), np.int8), tuple(edges.T)), shape=(count, count))
+    piece = connected_components(graph, directed=False)[1][edges[:, 0]]
+    kept: NDArray[np.uint32] = edges[np.bincount(piece)[piece] >= FEWEST_EDGES]
+    return kept

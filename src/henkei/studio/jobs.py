@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import logging
-import os
 import re
 import threading
 import time
@@ -33,6 +32,7 @@ from henkei.studio.outcomes import (
     told,
 )
 from henkei.studio.processes import Process
+from henkei.studio.restriction import half_of_memory
 
 __all__ = ["Cancelled", "Done", "Failed", "Jobs", "Outcome", "Refused", "Running", "Task"]
 
@@ -236,7 +236,7 @@ class Jobs:
                     self._changed.wait(self._pause())
                     continue
             for step in steps:
-                step()
+                self._tell(step)
 
     def _kill_overdue(self) -> None:
         now = time.monotonic()
@@ -294,7 +294,7 @@ class Jobs:
     def _order(self, job: _Job) -> dict[str, Any]:
         memory = self._memory
         if memory is None and job.restricted:
-            memory = _half_of_memory()
+            memory = half_of_memory()
         return {
             "kind": "task",
             "job": job.id,
@@ -394,11 +394,3 @@ class Jobs:
             callback(*arguments)
         except Exception:
             log.exception("what was to be told about a job was not taken")
-
-
-def _half_of_memory() -> int:
-    """Half the bytes of this machine's memory, or of 8 GiB where the system does not tell."""
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
-    except (AttributeError, ValueError, OSError):
-        return 4 * 2**30

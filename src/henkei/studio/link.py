@@ -42,7 +42,10 @@ Submit = Callable[..., "Future[Any]"]
 
 
 class Session(Protocol):
-    """What a studio serves. Its methods run on the engine's thread, but for ``uploaded``."""
+    """What a studio serves.
+
+    Its methods run on the engine's thread, but for ``uploaded`` and ``data``.
+    """
 
     def connected(self, client: Client) -> None:
         """A page has come."""

@@ -43,17 +43,18 @@ def restrict(memory: int, seconds: float, reads: Sequence[str]) -> None:
     """
     if resource is not None:
         used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
-        limits = [
-            ("RLIMIT_CORE", 0),
-            ("RLIMIT_FSIZE", 0),
-            ("RLIMIT_NOFILE", MOST_OPEN_FILES),
-            ("RLIMIT_CPU", int(used + seconds) + SPARE_SECONDS),
-        ]
-        for name, limit in limits:
-            resource.setrlimit(getattr(resource, name), (limit, limit))
+        limits = {
+            resource.RLIMIT_CORE: 0,
+            resource.RLIMIT_FSIZE: 0,
+            resource.RLIMIT_NOFILE: MOST_OPEN_FILES,
+            resource.RLIMIT_CPU: int(used + seconds) + SPARE_SECONDS,
+        }
         size = address_space()
         if size:
-            resource.setrlimit(resource.RLIMIT_AS, (size + memory, size + memory))
+            limits[resource.RLIMIT_AS] = size + memory
+        for kind, limit in limits.items():
+            allowed = _allowed(limit, resource.getrlimit(kind)[1])
+            resource.setrlimit(kind, (allowed, allowed))
     sys.addaudithook(_Guard(reads))
 
 
@@ -65,14 +66,16 @@ def less_memory(memory: int | None) -> Iterator[None]:
         yield
         return
     before, most = resource.getrlimit(resource.RLIMIT_AS)
-    limit = size + memory
-    if most != resource.RLIM_INFINITY:
-        limit = min(limit, most)
-    resource.setrlimit(resource.RLIMIT_AS, (limit, most))
+    resource.setrlimit(resource.RLIMIT_AS, (_allowed(size + memory, most), most))
     try:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_AS, (before, most))
+
+
+def _allowed(limit: int, most: int) -> int:
+    """A limit, or the one that is there already if it is lower."""
+    return limit if most == resource.RLIM_INFINITY else min(limit, most)
 
 
 def address_space() -> int:
@@ -82,6 +85,14 @@ def address_space() -> int:
     except (OSError, ValueError):
         return 0
     return pages * os.sysconf("SC_PAGE_SIZE")
+
+
+def half_of_memory() -> int:
+    """Half the bytes of this machine's memory, or of 8 GiB where the system does not tell."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
+    except (AttributeError, ValueError, OSError):
+        return 4 * 2**30
 
 
 class _Guard:

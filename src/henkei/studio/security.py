@@ -109,17 +109,23 @@ class Access:
 
 
 class Guard:
-    """Answers 403 for what is refused, before anything else sees it; WebSockets are not opened."""
+    """Answers 403 for what is refused, before anything else sees it; WebSockets are not opened.
 
-    def __init__(self, app: ASGIApp, refused: Callable[[HTTPConnection], str | None]) -> None:
-        self._app, self._refused = app, refused
+    script : of the studio, in the page that is shown then: a tab of a browser that has the token
+        goes on with it.
+    """
+
+    def __init__(
+        self, app: ASGIApp, refused: Callable[[HTTPConnection], str | None], script: str = ""
+    ) -> None:
+        self._app, self._refused, self._script = app, refused, script
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         app = self._app
         if scope["type"] != "lifespan":
             request = HTTPConnection(scope)
             reason = self._refused(request)
-            app = self._app if reason is None else _refusal(reason, request)
+            app = self._app if reason is None else _refusal(reason, request, self._script)
         await app(scope, receive, send)
 
 
@@ -234,17 +240,19 @@ def _keep(token: str, path: Path) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def _refusal(reason: str, request: HTTPConnection) -> Response:
+def _refusal(reason: str, request: HTTPConnection, script: str) -> Response:
     if "text/html" not in request.headers.get("accept", ""):
         return JSONResponse({"message": reason}, status_code=403)
-    return HTMLResponse(page("The studio does not open here", reason), status_code=403)
+    said = page("The studio does not open here", reason, script)
+    return HTMLResponse(said, status_code=403)
 
 
-def page(title: str, text: str) -> str:
-    """A plain page that says something."""
+def page(title: str, text: str, script: str = "") -> str:
+    """A plain page that says something, and runs a script if there is one."""
+    module = f'<script type="module" src="{escape(script)}"></script>' if script else ""
     return (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title>'
         '<meta name="viewport" content="width=device-width"><style>body{font:16px/1.5 system-ui,'
         "sans-serif;max-width:36em;margin:15vh auto;padding:0 1em;color-scheme:light dark}"
-        f"</style><h1>{escape(title)}</h1><p>{escape(text)}</p></html>"
+        f"</style><h1>{escape(title)}</h1><p>{escape(text)}</p>{module}</html>"
     )

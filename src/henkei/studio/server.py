@@ -78,9 +78,11 @@ class _Studio:
 
     def routes(self) -> list[BaseRoute]:
         """The addresses; all but the files of the page want the token."""
-        guarded = [Middleware(Guard, refused=self._settings.access.without_token)]
+        without_token = self._settings.access.without_token
+        guarded = [Middleware(Guard, refused=without_token)]
+        front = [Middleware(Guard, refused=without_token, script="studio.js")]
         routes: list[BaseRoute] = [
-            Route("/", self.page, middleware=guarded),
+            Route("/", self.page, middleware=front),
             Route("/data/{blob}", self.data, middleware=guarded),
             Route("/upload", self.upload, methods=["POST"], middleware=guarded),
             Route("/export", self.export, methods=["POST"], middleware=guarded),
@@ -112,7 +114,7 @@ class _Studio:
     async def data(self, request: Request) -> Response:
         """A blob; what a name stands for never changes."""
         blob = request.path_params["blob"]
-        path = await self._of_session("data", blob) if _BLOB.fullmatch(blob) else None
+        path = (await self._session()).data(blob) if _BLOB.fullmatch(blob) else None
         if path is None:
             raise HTTPException(404, "the studio has no such data (any more)")
         headers = {"etag": f'"{blob}"', "cache-control": "private, max-age=31536000, immutable"}

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from henkei.errors import HenkeiError, InvalidInput
+from henkei.errors import HenkeiError, InvalidInput, some
 from henkei.progress import silent
 from henkei.recipes.any import RECIPES, recipe_from
 from henkei.recipes.recipe import Recipe
@@ -23,7 +24,7 @@ from henkei.studio.document import TABS, Document, MeshEntry
 from henkei.studio.document_actions import document_action
 from henkei.studio.jobs import Done, Outcome
 from henkei.studio.messages import Message
-from henkei.studio.packing import packed
+from henkei.studio.named_files import require_no_files
 from henkei.studio.pages import Client, EngineProgress, Pages
 from henkei.studio.services import Services
 from henkei.studio.sessions import Kept, Sessions
@@ -58,6 +59,7 @@ class Session:
         self._pages = Pages(self._services)
         self._services.tell = lambda message: self._notice("info", message)
         self._works = Works(sessions.folder, sessions.blobs.folder, post, self._pages.tell)
+        self._progress = EngineProgress(self._pages.tell)
         self._tab = "combine"
         self._done: deque[Any] = deque(maxlen=1000)  # ids of messages
         self._kept: Kept[Document] = sessions.create()
@@ -128,6 +130,7 @@ class Session:
         answers: SimpleQueue[dict[str, Any]] = SimpleQueue()
         if name.lower().endswith(".json"):
             recipe = recipe_from(path)
+            require_no_files(recipe, name)
             self._post(lambda: answers.put(self._take_recipe(recipe)))
             return answers.get()
 
@@ -182,20 +185,19 @@ class Session:
 
     def export(self, request: dict[str, Any]) -> dict[str, Any]:
         """Begin to write what a tab has as a file; see :mod:`henkei.studio.exports`."""
-        tab, form = request.get("tab"), request.get("format")
-        if tab not in TABS:
-            return {"message": f"there is no tab {str(tab)[:40]!r}"}
-        state, blobs = self._now.tab(tab), self._services.blobs
         try:
-            meshes = {
-                slot: self._services.entry(mesh).model_dump(include={"surface", "name"})
-                for slot, mesh in state.meshes.items()
-            }
+            tab = _tab(request)
+            state: Any = self._now.tab(tab)
+            entries = {slot: self._services.entry(mesh) for slot, mesh in state.meshes.items()}
         except HenkeiError as error:
             return {"message": str(error)}
-        packed_state = packed(state.model_dump(mode="json"), blobs)
-        options = request.get("options", {})
-        asked = {"format": form, "options": options, "state": packed_state, "meshes": meshes}
+        asked = {
+            "format": request.get("format"),
+            "options": request.get("options", {}),
+            "recipe": state.recipe.model_dump(mode="json", exclude_defaults=True),
+            "meshes": {slot: (entry.name, entry.surface) for slot, entry in entries.items()},
+            "result": state.made,
+        }
         return {"job": self._works.write(tab, asked)}
 
     def download(self, ident: str) -> tuple[Path, str] | None:
@@ -221,10 +223,11 @@ class Session:
 
     def open_example(self, name: str) -> None:
         """Open the meshes of a built-in example, and its recipe."""
-        example = examples.made(name)
-        document = self._now
+        example = examples.example(name)
+        self._progress.expect(f"making {name}")
+        made, document = example.made(), self._now
         ids: list[str] = []
-        for title, surface in example.surfaces:
+        for title, surface in made.surfaces:
             entry = MeshEntry(
                 id=document.next_id(),
                 name=title,
@@ -237,7 +240,9 @@ class Session:
         state = document.tab(example.tab)
         for slot, mesh in zip(state.slots, ids, strict=False):
             state = state.with_mesh(slot, mesh)
-        state = state.model_copy(update=example.state)
+        data = {"recipe": made.recipe.model_dump(mode="json", exclude_defaults=True)}
+        self._services.meshes = document.meshes
+        state = TABS[example.tab].action("load", data).apply(state, self._services)
         self._change(document.with_tab(example.tab, state), f"open {name}", example.tab)
 
     def remove_mesh(self, mesh: str) -> None:
@@ -259,6 +264,10 @@ class Session:
             for one in self._now.meshes
         )
         self._change(self._now.model_copy(update={"meshes": renamed}), "rename mesh", self._tab)
+
+    def keep_product(self, tab: str, what: str) -> None:
+        """Open what a tab has made as a mesh."""
+        self._add(**asdict(TABS[tab].product(self._now.tab(tab), what, self._services)))
 
     def restore(self, session: str) -> None:
         """Go on with an earlier session; the present one is kept."""
@@ -304,16 +313,12 @@ class Session:
             self._change(committed.with_tab(tab, state), action.label, tab)
 
     def _action(self, message: Message, arguments: dict[str, Any]) -> tuple[str, Action[Any]]:
-        tab = message.header.get("tab")
-        if tab not in TABS:
-            raise InvalidInput(f"there is no tab {str(tab)[:40]!r}")
+        tab = _tab(message.header)
         return tab, TABS[tab].action(message.header.get("action"), arguments)
 
     def _grab(self, client: Client, message: Message) -> None:
         """A drag begins: if the surface answers it linearly, the page can do without frames."""
-        tab = message.header.get("tab")
-        if tab not in TABS:
-            raise InvalidInput(f"there is no tab {str(tab)[:40]!r}")
+        tab = _tab(message.header)
         basis = TABS[tab].basis(self._now.tab(tab), _arguments(message), self._services)
         if basis is not None:
             self._pages.send_basis(client, tab, basis, _arguments(message))
@@ -402,8 +407,7 @@ class Session:
     @contextmanager
     def _answering(self, client: Client, ident: Any) -> Iterator[None]:
         """Answer what goes wrong, and show the progress of what takes long."""
-        progress = EngineProgress(self._pages.tell)
-        self._services.progress = progress
+        self._services.progress = self._progress = EngineProgress(self._pages.tell)
         try:
             yield
         except HenkeiError as error:
@@ -413,7 +417,15 @@ class Session:
             client.send({"kind": "refused", "id": ident, "message": BROKEN})
         finally:
             self._services.progress = silent
-            progress.end()
+            self._progress.end()
+
+
+def _tab(header: Mapping[str, Any]) -> str:
+    """The tab that something is for."""
+    tab = header.get("tab")
+    if not isinstance(tab, str) or tab not in TABS:
+        raise InvalidInput(f"there is no tab {str(tab)[:40]!r}; known are {some(TABS)}")
+    return tab
 
 
 def _arguments(message: Message) -> dict[str, Any]:

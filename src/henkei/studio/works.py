@@ -18,7 +18,7 @@ Post = Callable[[Callable[[], None]], None]
 Tell = Callable[[dict[str, Any]], None]
 Ended = Callable[[Outcome], None]
 Show = Callable[[dict[str, Any], NDArray[Any]], None]
-EXPORT = "henkei.studio.tasks.export_files:run"
+EXPORT = "henkei.studio.tasks.export:run"
 
 
 class Works:
@@ -102,7 +102,7 @@ class Works:
 
         def finished(job: str, outcome: Outcome) -> None:
             if isinstance(outcome, Done):
-                path = Path(outcome.result["path"])
+                path = Path(outcome.result["file"])
                 self._downloads.put(ident, path)
                 self._told(job, outcome, file=ident, name=path.name)
             else:

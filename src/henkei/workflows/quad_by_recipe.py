@@ -45,9 +45,9 @@ def quad_by_recipe(
         edge_length=chosen.edge_length,
         patches=chosen.patches,
         layout=chosen.layout,
-        sharp=_sharp(chosen),
-        density=_density(chosen, surface, folder_of(recipe) if folder is None else folder),
-        symmetry=_symmetry(chosen),
+        sharp=sharp_of(chosen),
+        density=density_of(chosen, surface, folder_of(recipe) if folder is None else folder),
+        symmetry=symmetry_of(chosen),
         seed=chosen.seed,
         progress=progress,
     )
@@ -63,8 +63,8 @@ def cage_by_recipe(mesh: Any, recipe: Any, *, progress: Progress = silent) -> Po
     chosen = QuadRecipe.from_any(recipe)
     return quad_cage(
         mesh,
-        sharp=_sharp(chosen),
-        symmetry=_symmetry(chosen),
+        sharp=sharp_of(chosen),
+        symmetry=symmetry_of(chosen),
         layout=chosen.layout,
         seed=chosen.seed,
         progress=progress,
@@ -77,7 +77,8 @@ def density_file(recipe: QuadRecipe, folder: Path) -> Path | None:
     return folder / str(recipe.density) if named else None
 
 
-def _density(recipe: QuadRecipe, surface: Surface, folder: Path) -> Any:
+def density_of(recipe: QuadRecipe, surface: Surface, folder: Path) -> Any:
+    """The density, as :func:`henkei.quadrangulate` takes it."""
     if recipe.density in (None, CURVATURE):
         return recipe.density
     file = density_file(recipe, folder)
@@ -85,12 +86,14 @@ def _density(recipe: QuadRecipe, surface: Surface, folder: Path) -> Any:
         return vertex_values(surface, str(file or recipe.density), "the mesh")
 
 
-def _sharp(recipe: QuadRecipe) -> Sharp:
+def sharp_of(recipe: QuadRecipe) -> Sharp:
+    """Which edges are kept, likewise."""
     if not isinstance(recipe.sharp, tuple):
         return recipe.sharp
     return np.array(recipe.sharp, dtype=np.int64).reshape(-1, 2)
 
 
-def _symmetry(recipe: QuadRecipe) -> Symmetry:
+def symmetry_of(recipe: QuadRecipe) -> Symmetry:
+    """The plane of symmetry, likewise."""
     plane = recipe.symmetry
     return (plane.point, plane.normal) if isinstance(plane, Plane) else plane

@@ -15,6 +15,7 @@ from henkei.mesh import Mesh, Surface
 from henkei.progress import Progress, silent
 from henkei.recipes.register import RegisterRecipe, is_mediator_file
 from henkei.register import Registration, Settings, register
+from henkei.register.watching import Watch
 from henkei.workflows.combine_by_recipe import pair_array
 from henkei.workflows.labels import is_label_file, labels_in, read_labels
 from henkei.workflows.regions import naming
@@ -29,6 +30,7 @@ def register_by_recipe(
     *,
     folder: Path | None = None,
     progress: Progress = silent,
+    watch: Watch | None = None,
 ) -> Registration:
     """Register a surface onto another as a recipe says.
 
@@ -38,6 +40,7 @@ def register_by_recipe(
     recipe : a :class:`henkei.recipes.register.RegisterRecipe`, its data as a dictionary, or its
         file.
     folder : that files which the recipe names are in; by default that of the recipe's file.
+    progress, watch : as :func:`henkei.register` takes them.
 
     Raises
     ------
@@ -55,6 +58,7 @@ def register_by_recipe(
         seed=chosen.seed,
         settings=method_settings(chosen),
         progress=progress,
+        watch=watch,
     )
 
 

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pytest
-from driven import CHROMIUM, FLAGS, Driven, RunningStudio, studio_running
 
+from driven import CHROMIUM, FLAGS, Driven, RunningStudio, studio_running
 from henkei.errors import MissingDependency
 from henkei.io.page import page_folder
 

@@ -155,7 +155,7 @@ def _do_something(desk: Desk, rng: np.random.Generator) -> None:
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_examples_are_met(name: str, tmp_path: Path) -> None:
-    desk = Desk(tmp_path, EXAMPLES[name].cage(), EXAMPLES[name].recipe)
+    desk = Desk(tmp_path, EXAMPLES[name].cage(), EXAMPLES[name].recipe | {"levels": 4})
     assert desk.view["shown"] == desk.state.recipe.levels
     assert desk.view["warnings"] == []
     assert all("to" in part for part in desk.view["parts"])
@@ -384,7 +384,12 @@ def test_a_level_with_too_many_vertices_is_not_shown_unasked(
 
 def test_a_mesh_that_is_no_cage_says_why(tmp_path: Path) -> None:
     fan = hk.Mesh(np.eye(4, 3), [[0, 1, 2], [0, 1, 3], [1, 0, 2]])
-    desk = Desk(tmp_path, fan)
+    with pytest.raises(HenkeiError, match="manifold"):
+        Desk(tmp_path, fan)
+    desk = Desk(tmp_path, cube_cage())
+    entry = desk.services.meshes[0]
+    blob = desk.services.blobs.put_surface(fan)
+    desk.services.meshes = (entry.model_copy(update={"surface": blob}),)
     assert "manifold" in desk.view["problem"]
     assert list(desk.view["surfaces"]) == ["cage"]
     with pytest.raises(HenkeiError, match="manifold"):
@@ -412,6 +417,8 @@ def test_a_mesh_that_is_no_cage_says_why(tmp_path: Path) -> None:
         ("change", {"colour": "red"}, "colour"),
         ("set_levels", {"levels": 99}, "levels"),
         ("load", {"recipe": {"pins": [{"level": 9, "point": 0}]}}, "level 9"),
+        ("load", {"recipe": {"pins": [{"level": 1, "point": 26}]}}, "no vertex 26"),
+        ("load", {"recipe": {"refinement": "triangles"}}, "no triangles"),
         ("nothing", {}, "no action"),
     ],
 )

@@ -16,7 +16,7 @@ import { tabNamed, tabs } from "../tabs/index.ts";
 import type { AnyTab, Look, Studio, Tool } from "../tabs/tab.ts";
 import type { Level, Toast } from "../ui/index.ts";
 import type { Stage } from "../viewer/index.ts";
-import { download, requestExport } from "./downloads.ts";
+import { download, Endings, requestExport } from "./downloads.ts";
 import { keep, kept } from "./kept.ts";
 import { Moved } from "./moved.ts";
 import { Scenes } from "./scenes.ts";
@@ -54,7 +54,7 @@ export class App implements Studio, Listener {
   private listeners = new Set<() => void>();
   private told = false;
   private toastCount = 0;
-  private exports = new Map<string, (ended: Ended) => void>();
+  private readonly endings = new Endings();
   private followingTheme: () => void;
 
   constructor(
@@ -138,8 +138,7 @@ export class App implements Studio, Listener {
 
   onEnded(ended: Ended): void {
     this.jobs = this.jobs.filter((one) => one.job !== ended.job);
-    this.exports.get(ended.job)?.(ended);
-    this.exports.delete(ended.job);
+    this.endings.note(ended);
     if (ended.outcome !== "done" && ended.outcome !== "cancelled" && ended.message)
       this.notify("error", ended.message);
     this.redraw();
@@ -330,7 +329,7 @@ export class App implements Studio, Listener {
     if (asked.message && !asked.job) return this.notify("error", asked.message);
     if (asked.file) return download(asked.file, asked.name);
     if (!asked.job) return;
-    const ended = await new Promise<Ended>((end) => this.exports.set(asked.job!, end));
+    const ended = await this.endings.of(asked.job);
     if (ended.outcome === "done" && ended.file) download(ended.file, ended.name);
   }
 }

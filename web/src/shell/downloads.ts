@@ -1,4 +1,5 @@
 import { address, credentials, token } from "../address.ts";
+import type { Ended } from "../state.ts";
 
 export type Export = { job?: string; file?: string; name?: string; message?: string };
 
@@ -15,6 +16,24 @@ export async function requestExport(body: object): Promise<Export> {
     return { message: `Nothing was saved: the server answered ${response.status}.` };
   } catch {
     return { message: "Nothing was saved: the server does not answer. Try again when it is back." };
+  }
+}
+
+/** How jobs ended: one may have done so before the answer that names it is there. */
+export class Endings {
+  private readonly known = new Map<string, Ended>();
+  private readonly awaited = new Map<string, (ended: Ended) => void>();
+
+  note(ended: Ended): void {
+    const awaited = this.awaited.get(ended.job);
+    if (awaited) awaited(ended);
+    else this.known.set(ended.job, ended);
+    this.awaited.delete(ended.job);
+  }
+
+  of(job: string): Promise<Ended> {
+    const known = this.known.get(job);
+    return known ? Promise.resolve(known) : new Promise((ended) => this.awaited.set(job, ended));
   }
 }
 

@@ -21,8 +21,7 @@ export class Moved {
     const key = `${tab} ${surface}`;
     const before = this.held.get(key);
     if (ids && before) {
-      for (let k = 0; k < ids.length; k++)
-        before.positions.set(positions.subarray(3 * k, 3 * k + 3), 3 * ids[k]!);
+      merge(before.positions, ids, positions);
     } else if (!ids) this.held.set(key, { data, positions, drawn: before?.drawn ?? null });
     const held = this.held.get(key);
     const view = held && this.drawn(surface, held, viewports);
@@ -57,5 +56,15 @@ export class Moved {
       return same && view.data.positions.length === held.positions.length ? view : null;
     }
     return null;
+  }
+}
+
+/** Puts positions (k, 3) in place of those of the vertices `ids` (k,). */
+function merge(all: Float32Array, ids: Uint32Array, positions: Float32Array): void {
+  for (let k = 0, from = 0; k < ids.length; k++) {
+    const to = 3 * ids[k]!;
+    all[to] = positions[from++]!;
+    all[to + 1] = positions[from++]!;
+    all[to + 2] = positions[from++]!;
   }
 }

@@ -18,7 +18,7 @@ export function StatusLine({ app }: { app: App }) {
       </span>
       <span class="gap" />
       {state?.undo && <span class="status-last">Last: {state.undo}</span>}
-      {app.scenes.sizes.map(({ name, vertices, faces }) => (
+      {(app.isEmpty ? [] : app.scenes.sizes).map(({ name, vertices, faces }) => (
         <span key={name} class="status-size" title={`${name}: vertices / faces`}>
           {name} {count(vertices)} / {count(faces)}
         </span>

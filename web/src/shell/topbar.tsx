@@ -1,6 +1,7 @@
 import { tabs } from "../tabs/index.ts";
-import { IconButton, Menu, type MenuItem, Sign } from "../ui/index.ts";
+import { IconButton, Menu, Sign } from "../ui/index.ts";
 import type { App } from "./app.ts";
+import { Exports } from "./exports.tsx";
 import { openFiles } from "./shortcuts.ts";
 import { theme } from "./theme.ts";
 
@@ -70,26 +71,6 @@ export function TopBar({ app }: { app: App }) {
       />
       <IconButton icon="help" label="Help" keys="?" onClick={() => app.show("help")} />
     </header>
-  );
-}
-
-function Exports({ app }: { app: App }) {
-  const formats = app.state?.tabs[app.tab.name]?.view.exports ?? [];
-  const items: MenuItem[] = formats.map(({ format, label, detail, options }) => ({
-    label,
-    detail,
-    icon: "download",
-    onSelect: () => void app.exportAs(app.tab.name, format, options),
-  }));
-  return (
-    <Menu
-      label="Export"
-      icon="export"
-      align="right"
-      disabled={items.length === 0}
-      hint={items.length === 0 ? "There is nothing to export in this tab yet" : undefined}
-      items={items}
-    />
   );
 }
 

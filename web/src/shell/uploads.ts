@@ -47,7 +47,7 @@ export function upload(
 function read(request: XMLHttpRequest, name: string): Uploaded {
   try {
     const answer = JSON.parse(request.responseText) as Uploaded;
-    if (answer.mesh || answer.message) return answer;
+    if (request.status < 400 || answer.message) return answer;
   } catch {
     // not from the studio: a proxy's page, perhaps
   }

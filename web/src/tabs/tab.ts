@@ -6,6 +6,7 @@ import type { Arrays, Message } from "../messages.ts";
 import type {
   BasisHeader,
   FrameHeader,
+  Job,
   MeshEntry,
   Packed,
   State,
@@ -87,6 +88,8 @@ export interface Studio {
   readonly tab: AnyTab;
   readonly tool: Tool;
   readonly look: Look;
+  /** Long work that goes on. */
+  readonly jobs: readonly Job[];
 
   /** Does an action. True when it is done; false when it was refused, which people were told. */
   do(tab: TabName | "document", action: string, args?: object, arrays?: Arrays): Promise<boolean>;

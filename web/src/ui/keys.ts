@@ -45,10 +45,12 @@ export function belongsToFocus(event: KeyboardEvent): boolean {
   const target = event.target as HTMLElement | null;
   if (!target || target === document.body) return false;
   if (target.isContentEditable || target.matches("textarea, select")) return true;
+  if (target.matches(".viewer-viewport")) return moving.test(event.key);
   const kind = target instanceof HTMLInputElement ? target.type : null;
   if (kind === "range") return moving.test(event.key);
   const pressable = ["checkbox", "radio", "button"];
   if (kind !== null && !pressable.includes(kind)) return true;
   if (kind === null && !target.matches("button, a[href], [tabindex='0'][role]")) return false;
-  return moving.test(event.key) || event.key === " " || event.key === "Enter";
+  const presses = kind === "radio" || kind === "checkbox" ? [" "] : [" ", "Enter"];
+  return moving.test(event.key) || presses.includes(event.key);
 }

@@ -96,7 +96,10 @@ function ListRow({ row, list }: { row: Row; list: ListProps }) {
             onDblClick={() => onRename && setRenaming(true)}
             onKeyDown={(event) => {
               if (event.key === "F2" && onRename) setRenaming(true);
-              if (event.key === "Delete") onRemove?.(row.id);
+              if (event.key === "Delete" && onRemove) {
+                event.preventDefault(); // it is not for what is chosen elsewhere
+                onRemove(row.id);
+              }
             }}
           >
             {name}

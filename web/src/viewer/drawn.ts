@@ -20,7 +20,8 @@ import type { SurfaceStyle } from "./types";
 const THROUGH = 10;
 
 /** Lines fade to a share where faces are smaller than some pixels. */
-const EDGES = { opacity: 0.34, share: 0, pixels: 14 };
+const EDGES = { opacity: 0.3, share: 0, pixels: 14 };
+const COLOURED = { opacity: 0.7, share: 0.4, pixels: 14 };
 const CREASES = { opacity: 0.8, share: 0.3, pixels: 7 };
 
 const uniform = <Value>(value: Value) => ({ value });
@@ -31,6 +32,8 @@ export class Drawn {
   private readonly outlines: { edges: BufferGeometry; creases: BufferGeometry };
   private readonly own = {
     colour: uniform(new Color()),
+    edges: uniform(new Color()),
+    creases: uniform(new Color()),
     opacity: uniform(1),
     flatness: uniform(0),
     map: uniform<Texture | null>(null),
@@ -64,8 +67,8 @@ export class Drawn {
     this.meshes = {
       faces,
       depth,
-      edges: segments(this.outlines.edges, this.lines(EDGES, look.edges)),
-      creases: [0, 1].map(() => segments(this.outlines.creases, this.lines(CREASES, look.creases))),
+      edges: segments(this.outlines.edges, this.lines(EDGES, this.own.edges)),
+      creases: [0, 1].map(() => segments(this.outlines.creases, this.lines(CREASES, this.own.creases))),
     };
     this.group.matrixAutoUpdate = false;
     for (const object of [depth, faces, this.meshes.edges, ...this.meshes.creases]) {
@@ -118,6 +121,11 @@ export class Drawn {
     this.faces.setIndex(new BufferAttribute(corners, 1));
   }
 
+  /** Draws only so many creases, the first ones. */
+  creasesUpTo(count: number): void {
+    this.outlines.creases.setDrawRange(0, 2 * count);
+  }
+
   /** Sets an array of the faces only. */
   attribute(name: string, values: BufferAttribute | null): void {
     if (values) this.faces.setAttribute(name, values);
@@ -137,6 +145,8 @@ export class Drawn {
     const through = style.opacity < 1;
     this.group.visible = style.visible && style.opacity > 0;
     plain(own.colour.value, style.colour ?? this.look.palette.clay);
+    plain(own.edges.value, style.lineColour ?? this.look.palette.edges);
+    plain(own.creases.value, style.creaseColour ?? this.look.palette.creases);
     own.opacity.value = style.opacity;
     own.flatness.value = style.shading === "flat" ? 1 : 0;
     surface.transparent = this.depth.transparent = through;
@@ -147,11 +157,16 @@ export class Drawn {
     meshes.faces.renderOrder = order + 1;
     meshes.edges.visible = style.edges;
     meshes.edges.renderOrder = order + 2;
-    opacityOf(meshes.edges, EDGES.opacity * Math.sqrt(style.opacity));
+    meshes.faces.visible = style.faces;
+    const kind = style.lineColour === null ? EDGES : COLOURED;
+    opacityOf(meshes.edges, kind.opacity * Math.sqrt(style.opacity));
+    uniformsOf(meshes.edges).crowding!.value.set(kind.share, kind.pixels);
     for (const creases of meshes.creases) {
       creases.visible = style.creases;
       creases.renderOrder = order + 2;
       opacityOf(creases, CREASES.opacity * Math.sqrt(style.opacity));
+      const share = style.creaseColour === null ? CREASES.share : 1;
+      uniformsOf(creases).crowding!.value.set(share, CREASES.pixels);
     }
   }
 
@@ -186,6 +201,8 @@ export class Drawn {
   }
 }
 
+const uniformsOf = (lines: LineSegments) => (lines.material as ShaderMaterial).uniforms;
+
 function opacityOf(lines: LineSegments, opacity: number): void {
-  (lines.material as ShaderMaterial).uniforms.opacity!.value = opacity;
+  uniformsOf(lines).opacity!.value = opacity;
 }

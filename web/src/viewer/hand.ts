@@ -1,5 +1,5 @@
 /** The tool in hand over a viewport: turns the camera, picks, outlines and paints. */
-import { painting, type Painted } from "./brush";
+import { Stroke, type Painted } from "./brush";
 import type { Events } from "./events";
 import { outlining, shape, sheet } from "./outline";
 import { modifiers, Pointer, STEADY, type Drag } from "./pointer";
@@ -33,13 +33,7 @@ export class Hand {
   ) {
     this.sheet = sheet(viewport.element);
     this.ring = shape(this.sheet, "circle", "viewer-ring");
-    this.painted = {
-      hit: (x, y) => viewport.hitAt(x, y, 0),
-      surface: (key) => viewport.surface(key),
-      sight: () => viewport.sight(),
-      radius: () => this.radius,
-      pixels: (hit) => this.pixels(hit),
-    };
+    this.painted = this.painting();
     this.pointer = new Pointer(viewport.element, {
       press: (x, y, event) => this.press(x, y, event),
       click: (x, y, event) => this.click(x, y, event),
@@ -49,6 +43,24 @@ export class Hand {
       wheel: (x, y, factor) => this.wheel(x, y, factor),
     });
     viewport.element.dataset.tool = this.held;
+  }
+
+  /** What the brush gets from the viewport, and what is done with its strokes. */
+  private painting(): Painted {
+    const { viewport, events } = this;
+    return {
+      hit: (x, y) => viewport.hitAt(x, y, 0),
+      surface: (key) => viewport.surface(key),
+      sight: () => viewport.sight(),
+      radius: () => this.radius,
+      pixels: (hit) => this.pixels(hit),
+      at: (x, y, hit) => this.circle([x, y], hit),
+      touched(surface, ids, event, done) {
+        surface.highlight({ ids, colour: viewport.brushColour });
+        events.emit("stroke", { surface: surface.key, ids, done, ...modifiers(event) });
+      },
+      cancelled: (surface) => surface.highlight(null),
+    };
   }
 
   get tool(): Tool {
@@ -87,7 +99,8 @@ export class Hand {
     this.hover(null);
     const turns = !left || event.altKey || this.held === "orbit" || this.held === "pick";
     if (turns) return event.shiftKey ? this.panning(x, y) : this.orbiting(x, y);
-    if (this.held === "brush") return this.painting(x, y) ?? this.orbiting(x, y);
+    if (this.held === "brush")
+      return Stroke.begin(this.painted, x, y, event) ?? this.orbiting(x, y);
     return this.outlining(x, y, this.held === "lasso" ? "lasso" : "rectangle");
   }
 
@@ -129,31 +142,6 @@ export class Hand {
       const camera = this.viewport.camera();
       this.events.emit("outline", { polygon, camera, ...modifiers(event) });
     });
-  }
-
-  private painting(x: number, y: number): Drag | null {
-    const { viewport, events } = this;
-    let latest: PointerEvent | null = null;
-    const drag = painting(
-      this.painted,
-      [x, y],
-      (surface, ids, ended) => {
-        surface.highlight({ ids, colour: viewport.brushColour });
-        const held = ended ?? latest;
-        const keys = held ? modifiers(held) : { shift: false, alt: false, ctrl: false };
-        events.emit("stroke", { surface: surface.key, ids, done: ended !== null, ...keys });
-      },
-      (surface) => surface.highlight(null),
-    );
-    if (!drag) return null;
-    return {
-      ...drag,
-      move: (px, py, event) => {
-        latest = event;
-        drag.move(px, py, event);
-        this.circle([px, py], this.painted.hit(px, py));
-      },
-    };
   }
 
   private click(x: number, y: number, event: PointerEvent): void {

@@ -63,7 +63,8 @@ export class Marks {
       known.delete(mark.id);
       const element = before?.element ?? this.made();
       dress(element, mark);
-      return { mark, element, x: NaN, y: NaN, hidden: before?.hidden ?? true };
+      const { x, y, hidden } = before ?? { x: NaN, y: NaN, hidden: true };
+      return { mark, element, x, y, hidden };
     });
     for (const { element } of known.values()) element.remove();
     this.changed();

@@ -12,7 +12,7 @@ const CLOSEST = 1e-4;
 const FARTHEST = 1e3;
 
 /** Of the picture, which is left free around what is fitted into it. */
-const MARGIN = 0.07;
+const MARGIN = 0.1;
 
 /** Azimuth and elevation, in quarter turns. */
 const SIDES: Record<Side, [number, number]> = {

@@ -79,23 +79,26 @@ vec3 painted() {
 }
 void main() {
   vec3 eye = normalize(-vView);
-  vec3 n = vNormal;
-  if (flatness > 0.5) n = cross(dFdx(vView), dFdy(vView));
+  vec3 n = flatness > 0.5 ? cross(dFdx(vView), dFdy(vView)) : vNormal;
   n *= inversesqrt(max(dot(n, n), 1e-36));
-  bool behind = flatness > 0.5 ? false : !gl_FrontFacing;
-  if (behind) n = -n;
+  // a sliver may be rounded over: what its neighbours say counts
+  bool behind = !gl_FrontFacing && (flatness > 0.5 || dot(n, eye) < 0.25);
+  if (behind && flatness < 0.5) n = -n;
   vec3 base = painted();
   base = mix(base, linear(vTint.rgb / max(vTint.a, 1e-3)), 0.72 * vTint.a);
 #if PAINT == 0
-  if (!gl_FrontFacing) base *= inside;
+  if (behind) base *= inside;
   float gloss = 1.0;
 #else
-  if (!gl_FrontFacing) base *= 0.8;
+  if (behind) base *= 0.8;
   float gloss = 0.5;
 #endif
   float facing = max(dot(n, eye), 0.0);
   vec3 light = mix(ground, sky, 0.5 + 0.5 * dot(n, upward));
   light += sun * max((dot(n, key) + 0.2) / 1.2, 0.0);
+#if PAINT != 0
+  light *= 0.86;
+#endif
   float shine = pow(max(dot(n, normalize(key + eye)), 0.0), 32.0) * 0.09;
   float rim = pow(1.0 - facing, 3.0) * (0.35 + 0.65 * max(dot(n, upward), 0.0)) * 0.12;
   drawn = vec4(encoded(clamp(base * light + gloss * (shine + rim), 0.0, 1.0)), opacity);

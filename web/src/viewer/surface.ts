@@ -21,6 +21,9 @@ const STYLE: SurfaceStyle = {
   creases: true,
   opacity: 1,
   colour: null,
+  lineColour: null,
+  creaseColour: null,
+  faces: true,
   solid: true,
 };
 
@@ -182,6 +185,12 @@ export class SurfaceView {
   /** Tints vertices over the regions, until those are next set. */
   highlight(region: Region | null): void {
     this.paint.tintStroke(region);
+    this.changed(false);
+  }
+
+  /** Draws only so many creases, the first ones; until told otherwise all. */
+  creasesUpTo(count: number): void {
+    this.drawn.creasesUpTo(count);
     this.changed(false);
   }
 

@@ -54,8 +54,6 @@ export class Look {
     sun: uniform(new Vector3()),
     inside: uniform(new Vector3()),
   };
-  readonly edges = uniform(new Color());
-  readonly creases = uniform(new Color());
 
   constructor(theme: Theme) {
     this.choose(theme);
@@ -63,13 +61,11 @@ export class Look {
 
   choose(theme: Theme): void {
     this.palette = PALETTES[theme];
-    const { sky, ground, sun, inside, edges, creases } = this.palette;
+    const { sky, ground, sun, inside } = this.palette;
     this.lights.sky.value.fromArray(sky);
     this.lights.ground.value.fromArray(ground);
     this.lights.sun.value.fromArray(sun);
     this.lights.inside.value.fromArray(inside);
-    plain(this.edges.value, edges);
-    plain(this.creases.value, creases);
   }
 
   /** Lets the lights follow a camera; the shaders want them as the camera sees them. */

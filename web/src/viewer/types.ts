@@ -110,6 +110,12 @@ export interface SurfaceStyle {
   opacity: number;
   /** CSS colour; null is the theme's. */
   colour: string | null;
+  /** CSS colour of its edges, which then hardly fade where they crowd; null is the theme's. */
+  lineColour: string | null;
+  /** CSS colour of its creases, which then do not fade; null is the theme's. */
+  creaseColour: string | null;
+  /** Whether its faces are drawn, or only its edges and creases. */
+  faces: boolean;
   /** Whether pointers meet the surface, and marks hide behind it. */
   solid: boolean;
 }

@@ -309,6 +309,7 @@ export class Viewport {
     const sight = this.sight();
     this.host.look.follow(eye, this.pose.upward);
     this.lines.face(eye);
+    this.lines.group.visible = drawing;
     this.compass.turn(eye);
     this.gizmo.face(eye);
     const [width, height] = this.size;

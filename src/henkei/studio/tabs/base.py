@@ -119,6 +119,17 @@ class LongAction(Action[State]):
         return state
 
 
+@dataclass(frozen=True)
+class Product:
+    """A surface that was made, to be opened as a mesh; fields as those of a mesh that is open."""
+
+    surface: str
+    name: str
+    vertices: int
+    faces: int
+    about: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class Basis:
     """How a surface answers a drag, for the page to blend by itself.
@@ -147,7 +158,7 @@ class Tab(Generic[State]):
         ------
         InvalidInput : there is none, or an argument is missing, unknown or not usable.
         """
-        if name not in self.actions:
+        if not isinstance(name, str) or name not in self.actions:
             hint = meant(name, list(self.actions))
             raise InvalidInput(f"tab {self.name!r} has no action {str(name)[:40]!r}{hint}")
         try:
@@ -160,6 +171,15 @@ class Tab(Generic[State]):
     def view(self, state: State, services: Services) -> dict[str, Any]:
         """What the page cannot know by itself: surfaces, figures, lists, warnings."""
         return {"surfaces": {}}
+
+    def product(self, state: State, what: str, services: Services) -> Product:
+        """A surface that was made here, by what it is called in the view.
+
+        Raises
+        ------
+        InvalidInput : there is none.
+        """
+        raise InvalidInput(f"no {what[:40]!r} was made here that could be opened as a mesh")
 
     def frames(self, state: State, services: Services) -> dict[str, Floats]:
         """Positions (n, 3) of the surfaces that move, by the key they have in the view."""

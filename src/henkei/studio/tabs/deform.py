@@ -2,69 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
+from pydantic import Field
 
+from henkei.deform.constraints import Keep as Kept
 from henkei.errors import HenkeiError, InvalidInput
-from henkei.geometry.creases import Indices
 from henkei.geometry.selection import grown
-from henkei.mesh import Floats, Surface
-from henkei.recipes.deform import DeformRecipe, Feature, Fixed, Handle, Move, Pin
-from henkei.recipes.recipe import Index, Name, Part, Point, Positive
-from henkei.recipes.regions import Found, Region, Vertices
-from henkei.studio.deforming import Engine, structure
-from henkei.studio.selection import Mode, Outline, combined, outlined
+from henkei.mesh import Floats
+from henkei.recipes.deform import DeformRecipe, Feature, Fixed, Handle, Move, Pin, Symmetry
+from henkei.recipes.recipe import Index, Name, Number, Part, Point, Positive
+from henkei.recipes.regions import Found, Region
+from henkei.studio.deform_parts import expanded, free_of, meant, mirrored, require_no_files
+from henkei.studio.deform_state import DeformState as DeformState
+from henkei.studio.deform_state import (
+    Kind,
+    RegionKind,
+    checked,
+    engine_of,
+    positions_of,
+    regions_of,
+)
+from henkei.studio.deform_view import described
+from henkei.studio.deforming import Engine
+from henkei.studio.selection import Mode, Outline, combined, inverted, outlined, shrunk
 from henkei.studio.services import Services
-from henkei.studio.tabs.base import Action, Basis, MeshId, Tab, TabState, actions
-from henkei.workflows.regions import Regions
+from henkei.studio.tabs.base import Action, Basis, Flag, Tab, actions
 
-Kind = Literal["fixed", "handles", "features", "pins"]
-MANY_VERTICES = 300_000  # from which on figures are left out, to be quick
-
-
-class DeformState(TabState):
-    """The mesh, what is selected on it, and what is done to it."""
-
-    slots: ClassVar[tuple[str, ...]] = ("mesh",)
-    mesh: MeshId | None = None
-    selection: tuple[Index, ...] = ()
-    recipe: DeformRecipe = DeformRecipe()
-
-    def selecting(self, vertices: tuple[int, ...]) -> DeformState:
-        """With another selection."""
-        return self.model_copy(update={"selection": vertices})
-
-    def saying(self, **changes: Any) -> DeformState:
-        """With a recipe changed in some fields, checked as a whole."""
-        recipe = self.recipe.model_copy(update=changes)
-        checked = DeformRecipe.of(recipe.model_dump(exclude_defaults=True))
-        return self.model_copy(update={"recipe": checked})
-
-    def parts(self, kind: Kind) -> dict[str, Any]:
-        """The parts of the recipe of one kind, by name."""
-        return dict(zip(self.recipe.names(kind), getattr(self.recipe, kind), strict=True))
-
-    def part(self, kind: Kind, name: str) -> Any:
-        """A part of the recipe.
-
-        Raises
-        ------
-        InvalidInput : there is none of this name.
-        """
-        parts = self.parts(kind)
-        if name not in parts:
-            raise InvalidInput(f"there is no {name!r} among {kind}; it may have been removed")
-        return parts[name]
-
-    def with_part(self, kind: Kind, name: str, part: Part | None) -> DeformState:
-        """With another part in place of one, or without it. Only its form is checked."""
-        parts = {**self.parts(kind), name: part}
-        kept = tuple(one for one in parts.values() if one is not None)
-        recipe = self.recipe.model_copy(update={kind: kept})
-        return self.model_copy(update={"recipe": recipe})
+SURFACE = "mesh"
 
 
 class Select(Action[DeformState]):
@@ -75,7 +43,14 @@ class Select(Action[DeformState]):
     mode: Mode = "replace"
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
-        chosen = outlined(_now(state, services), self.outline)
+        surface = services.surface(state.mesh)
+        now = replace(surface, vertices=positions_of(state, services))
+        chosen, hidden = outlined(now, self.outline)
+        if hidden:
+            services.tell(
+                f"all {hidden:,} vertices in there are hidden behind the surface; look from the "
+                "other side, or select hidden ones too"
+            )
         return state.selecting(combined(state.selection, chosen, self.mode))
 
 
@@ -87,9 +62,8 @@ class SelectVertices(Action[DeformState]):
     mode: Mode = "replace"
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
-        count = services.entry(state.mesh).vertices
-        if self.vertices and max(self.vertices) >= count:
-            raise InvalidInput(f"vertex {max(self.vertices)} does not exist; there are {count}")
+        for vertex in (max(self.vertices),) if self.vertices else ():
+            _require_vertex(vertex, state, services)
         chosen = np.array(self.vertices, np.int64)
         return state.selecting(combined(state.selection, chosen, self.mode))
 
@@ -102,87 +76,127 @@ class SelectRegion(Action[DeformState]):
     mode: Mode = "replace"
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
-        chosen = _regions(state, services).vertices(self.region)
+        require_no_files(self.region)
+        chosen = regions_of(state, services).vertices(self.region)
         return state.selecting(combined(state.selection, chosen, self.mode))
 
 
 class Grow(Action[DeformState]):
-    """Add rings of neighbours to the selection."""
+    """Add rings of neighbours to the selection, or take its outer rings away."""
 
     label: ClassVar[str] = "grow selection"
-    rings: Index = 1
+    rings: int = Field(default=1, ge=-1000, le=1000)
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
-        region = np.array(state.selection, np.int64)
+        region, surface = np.array(state.selection, np.int64), services.surface(state.mesh)
         if not len(region):
             raise InvalidInput("nothing is selected yet; draw around some vertices first")
-        chosen = grown(services.surface(state.mesh), region, self.rings)
+        if self.rings >= 0:
+            chosen = grown(surface, region, self.rings)
+        else:
+            chosen = shrunk(surface, region, -self.rings)
         return state.selecting(tuple(chosen.tolist()))
 
 
-class Add(Action[DeformState]):
-    """Make a part of the selection, or of what was found under a name.
+class Invert(Action[DeformState]):
+    """Select what is not selected."""
 
-    Vertices that another part has already are left out of a selection, which is told.
-    """
-
-    label: ClassVar[str] = "add region"
-    kind: Literal["fixed", "handles", "features"]
-    found: Name | None = None
+    label: ClassVar[str] = "invert selection"
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
-        region, keep = self._region(state, services), None
-        name = None if isinstance(region, Found) else _new_name(state, self.kind)
+        region = np.array(state.selection, np.int64)
+        return state.selecting(tuple(inverted(services.surface(state.mesh), region).tolist()))
+
+
+class Find(Action[DeformState]):
+    """Look for form features on a mesh where that takes long."""
+
+    label: ClassVar[str] = "find features"
+
+    def apply(self, state: DeformState, services: Services) -> DeformState:
+        services.entry(state.mesh)
+        return state.model_copy(update={"sought": True})
+
+
+class Add(Action[DeformState]):
+    """Make a part of the selection; vertices that other parts have are left out, and told."""
+
+    label: ClassVar[str] = "add region"
+    kind: RegionKind
+
+    def apply(self, state: DeformState, services: Services) -> DeformState:
+        if not state.selection:
+            raise InvalidInput("nothing is selected; select some vertices first")
+        whole = meant(state, regions_of(state, services))
+        region, left_out = free_of(state, services, whole, self.kind)
+        if region is None:
+            raise InvalidInput("all of these vertices belong to other parts already")
+        if left_out:
+            services.tell(f"{left_out:,} vertices that other parts have were left out")
         part: Part
         if self.kind == "features":
-            if isinstance(region, Found):
-                keep = _suggested(state, region.feature, services)
-            part = Feature(name=name or self.found, region=region, keep=keep)
+            part = _feature(state, services, whole, region)
         else:
+            name = state.new_name(self.kind)
             part = (Fixed if self.kind == "fixed" else Handle)(name=name, region=region)
         parts = (*getattr(state.recipe, self.kind), part)
-        return state.saying(**{self.kind: parts}).selecting(())
+        return checked(state.saying(**{self.kind: parts}).selecting(()), services)
 
-    def _region(self, state: DeformState, services: Services) -> Region:
-        """What was found, or the selection; without what other parts have already."""
-        regions = _regions(state, services)
-        if self.found is None and not state.selection:
-            raise InvalidInput("nothing is selected; select some vertices first")
-        whole: Region = (
-            Vertices(vertices=state.selection) if self.found is None else Found(feature=self.found)
-        )
-        wanted, taken = regions.vertices(whole), self._taken(state, regions)
-        free = np.setdiff1d(wanted, taken)
-        if not len(free):
-            raise InvalidInput("all of these vertices belong to other parts already")
-        if len(free) == len(wanted):
-            return whole
-        services.tell(f"{len(wanted) - len(free):,} vertices that other parts have were left out")
-        return Vertices(vertices=tuple(free.tolist()))
 
-    def _taken(self, state: DeformState, regions: Regions) -> Indices:
-        """The vertices that other parts have; fixed ones may share theirs."""
-        kinds: tuple[Kind, ...] = ("fixed", "handles", "features")
-        taken = [
-            regions.vertices(part.region)
-            for kind in kinds
-            if not kind == self.kind == "fixed"
-            for part in state.parts(kind).values()
-        ]
-        return np.concatenate([np.empty(0, np.int64), *taken])
+class Keep(Action[DeformState]):
+    """Tick or untick what was found: each becomes a feature, or is one no more."""
+
+    label: ClassVar[str] = "keep features"
+    names: tuple[Name, ...]
+    kept: Flag = True
+
+    def apply(self, state: DeformState, services: Services) -> DeformState:
+        if not self.kept:
+            return self._dropped(state, services)
+        left_out: dict[str, int] = {}
+        for name in self.names:
+            if state.keeper(name) is not None:
+                continue
+            whole = Found(feature=name)
+            region, left_out[name] = free_of(state, services, whole, "features")
+            if region is not None:
+                part = _feature(state, services, whole, region)
+                state = state.saying(features=(*state.recipe.features, part))
+        told = ", ".join(f"{count:,} of {name}" for name, count in left_out.items() if count)
+        if self.names and not any(state.keeper(name) for name in self.names):
+            raise InvalidInput(f"these vertices belong to other parts already: {told}")
+        if told:
+            services.tell(f"vertices that other parts have were left out: {told}")
+        return checked(state, services)
+
+    def _dropped(self, state: DeformState, services: Services) -> DeformState:
+        for name in self.names:
+            keeper = state.keeper(name)
+            if keeper is not None:
+                instead = expanded(
+                    state.part("features", keeper), name, regions_of(state, services)
+                )
+                kept = {**state.parts("features"), keeper: None}
+                features = (*(one for one in kept.values() if one is not None), *instead)
+                state = _without_offsets(
+                    state.model_copy(
+                        update={"recipe": state.recipe.model_copy(update={"features": features})}
+                    )
+                )
+        return state
 
 
 class Remove(Action[DeformState]):
-    """Take a part away."""
+    """Take a part away, and offsets that need it."""
 
     label: ClassVar[str] = "remove region"
     kind: Kind
     name: Name
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
+        state = state.named()
         state.part(self.kind, self.name)
-        offsets = tuple(one for one in state.recipe.offsets if self.name not in one.between)
-        return state.with_part(self.kind, self.name, None).saying(offsets=offsets)
+        return _without_offsets(state.with_part(self.kind, self.name, None))
 
 
 class Rename(Action[DeformState]):
@@ -195,7 +209,14 @@ class Rename(Action[DeformState]):
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
         part = state.part(self.kind, self.name).model_copy(update={"name": self.to})
-        return state.with_part(self.kind, self.name, part).saying()
+        offsets = tuple(
+            one.model_copy(
+                update={"between": tuple(self.to if n == self.name else n for n in one.between)}
+            )
+            for one in state.recipe.offsets
+        )
+        state = state.with_part(self.kind, self.name, part)
+        return checked(state.saying(offsets=offsets), services)
 
 
 class MoveHandle(Action[DeformState]):
@@ -217,12 +238,15 @@ class SetFeature(Action[DeformState]):
     name: Name
     scale: Positive = 1.0
     radius: Positive | None = None
-    keep: Literal["rigid", "circle", "plane", "line"] | None = None
+    keep: Kept = "rigid"
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
-        changes = {"scale": self.scale, "radius": self.radius, "keep": self.keep}
-        part = state.part("features", self.name).model_copy(update=changes)
-        return state.with_part("features", self.name, Feature(**dict(part)))
+        before: Feature = state.part("features", self.name)
+        radius = self.radius if self.keep == "circle" else None
+        keep = None if self.keep == "rigid" else self.keep
+        part = before.model_copy(update={"scale": self.scale, "radius": radius, "keep": keep})
+        state = state.with_part("features", self.name, part)
+        return state if part.kept == before.kept else checked(state, services)
 
 
 class AddPin(Action[DeformState]):
@@ -232,9 +256,10 @@ class AddPin(Action[DeformState]):
     vertex: Index
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
-        at = _positions(state, services)[self.vertex].tolist()
-        pin = Pin(name=_new_name(state, "pins"), point=self.vertex, to=tuple(at))
-        return state.saying(pins=(*state.recipe.pins, pin))
+        _require_vertex(self.vertex, state, services)
+        x, y, z = positions_of(state, services)[self.vertex].tolist()
+        pin = Pin(name=state.new_name("pins"), point=self.vertex, to=(x, y, z))
+        return checked(state.saying(pins=(*state.recipe.pins, pin)), services)
 
 
 class MovePin(Action[DeformState]):
@@ -245,8 +270,26 @@ class MovePin(Action[DeformState]):
     to: Point
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
-        part = state.part("pins", self.name).model_copy(update={"to": self.to})
+        changes = {"to": self.to, "move": (0.0, 0.0, 0.0)}
+        part = state.part("pins", self.name).model_copy(update=changes)
         return state.with_part("pins", self.name, part)
+
+
+class Mirror(Action[DeformState]):
+    """Keep the result symmetric about a plane across an axis, or give that up.
+
+    at : the coordinate of the plane; where it is not said, one about which the mesh is symmetric.
+    """
+
+    label: ClassVar[str] = "symmetry"
+    axis: Literal["x", "y", "z"] | None
+    at: Number | None = None
+
+    def apply(self, state: DeformState, services: Services) -> DeformState:
+        plane: Symmetry | None = None
+        if self.axis is not None:
+            plane = mirrored(services.surface(state.mesh), self.axis, self.at)
+        return checked(state.saying(symmetry=plane), services)
 
 
 class Change(Action[DeformState]):
@@ -256,9 +299,9 @@ class Change(Action[DeformState]):
     recipe: dict[Literal["method", "symmetry", "offsets", "finding", "about", "settings"], Any]
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
-        data = state.recipe.model_dump(exclude_defaults=True)
-        data |= {**self.recipe}
-        return state.model_copy(update={"recipe": DeformRecipe.of(data)})
+        data = state.recipe.model_dump(exclude_defaults=True) | {**self.recipe}
+        changed = state.model_copy(update={"recipe": DeformRecipe.of(data)})
+        return changed if set(self.recipe) <= {"method", "about"} else checked(changed, services)
 
 
 class Load(Action[DeformState]):
@@ -269,7 +312,9 @@ class Load(Action[DeformState]):
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
         services.entry(state.mesh)
-        return state.model_copy(update={"recipe": DeformRecipe.of(self.recipe)})
+        recipe = DeformRecipe.of(self.recipe)
+        require_no_files(recipe)
+        return checked(state.model_copy(update={"recipe": recipe}).named(), services)
 
 
 class DeformTab(Tab[DeformState]):
@@ -278,38 +323,25 @@ class DeformTab(Tab[DeformState]):
     def view(self, state: DeformState, services: Services) -> dict[str, Any]:
         if state.mesh is None:
             return {"surfaces": {}}
-        surface = services.entry(state.mesh).surface
-        regions = _regions(state, services)
-        view: dict[str, Any] = {
-            "surfaces": {"mesh": {"data": services.drawn(surface), "live": True}},
-            "found": [_found(feature) for feature in regions.features.values()],
-            "parts": [],
-            "figures": None,
-            "warnings": [],
-        }
-        try:
-            view["parts"] = _parts(state, regions)
-            engine = _engine(state, services)
-            if engine is None:
-                view["missing"] = _missing(state.recipe)
-            elif len(regions.surface.vertices) <= MANY_VERTICES:
-                deformed = engine.deformed(state.recipe)
-                view["figures"], view["warnings"] = deformed.figures, list(deformed.warnings)
-        except HenkeiError as error:
-            view["problem"] = str(error)
-        return view
+        drawn = services.drawn(services.entry(state.mesh).surface)
+        surfaces = {SURFACE: {"data": drawn, "live": True}}
+        return {"surfaces": surfaces, **described(state, services)}
 
     def frames(self, state: DeformState, services: Services) -> dict[str, Floats]:
-        return {} if state.mesh is None else {"mesh": _positions(state, services)}
+        return {} if state.mesh is None else {SURFACE: positions_of(state, services)}
 
     def basis(
         self, state: DeformState, what: Mapping[str, Any], services: Services
     ) -> Basis | None:
-        engine, name = _engine(state, services), str(what.get("name"))
-        if engine is None or name not in state.parts("handles"):
+        name = str(what.get("name"))
+        handles = {} if state.mesh is None or state.missing else state.parts("handles")
+        if name not in handles or state.recipe.method != "linear":
             return None
-        drag = engine.drag(state.recipe, name)
-        return Basis("mesh", drag.positions(), drag.response)
+        try:
+            drag = engine_of(state, services).drag(state.recipe, name)
+        except HenkeiError:
+            return None  # the view tells why
+        return Basis(SURFACE, drag.positions(), drag.response)
 
     def settle(self, services: Services) -> None:
         engine = services.present("deform")
@@ -317,101 +349,34 @@ class DeformTab(Tab[DeformState]):
             engine.settle()
 
 
-def _regions(state: DeformState, services: Services) -> Regions:
-    """The regions of the mesh, with its form features found once."""
-    surface = services.entry(state.mesh).surface
-    finding = state.recipe.finding.model_dump()
-    key = ("regions", surface, *finding.values())
-    return services.remembered(
-        key, lambda: Regions(services.blobs.surface(surface), finding=finding)
-    )
+def _feature(state: DeformState, services: Services, whole: Region, region: Region) -> Feature:
+    """A feature of a region, which is what was found or a part of it, kept as suggested."""
+    if not isinstance(whole, Found):
+        return Feature(name=state.new_name("features"), region=region)
+    keep: Kept | None = regions_of(state, services).found(whole.feature)[0].suggested_keep
+    if keep == "rigid" or (keep == "circle" and region is not whole):
+        keep = None  # a part of a circle need not tell its radius
+    return Feature(name=None if region is whole else whole.feature, region=region, keep=keep)
 
 
-def _engine(state: DeformState, services: Services) -> Engine | None:
-    """The deformer, prepared; None while nothing is held or nothing can move."""
-    if _missing(state.recipe):
-        return None
-    regions = _regions(state, services)
-    key = (services.entry(state.mesh).surface, structure(state.recipe))
-    return services.engine("deform", key, lambda: Engine(state.recipe, regions, services.progress))
+def _without_offsets(state: DeformState) -> DeformState:
+    """Without offsets between features that are no more."""
+    known = state.recipe.names("features")
+    offsets = tuple(one for one in state.recipe.offsets if set(one.between) <= set(known))
+    return state.saying(offsets=offsets)
 
 
-def _missing(recipe: DeformRecipe) -> str | None:
-    """What is to be done before anything moves."""
-    if not any(one.weight is None for one in recipe.fixed):
-        return "Select a region that shall stay, and fix it."
-    if not (recipe.handles or recipe.features or recipe.pins):
-        return "Select a region to be moved, and make it a handle."
-    return None
-
-
-def _positions(state: DeformState, services: Services) -> Floats:
-    engine = _engine(state, services)
-    if engine is None:
-        return services.surface(state.mesh).vertices
-    return engine.positions(state.recipe)
-
-
-def _now(state: DeformState, services: Services) -> Surface:
-    """The surface as it is deformed."""
-    return replace(services.surface(state.mesh), vertices=_positions(state, services))
-
-
-def _parts(state: DeformState, regions: Regions) -> list[dict[str, Any]]:
-    """Each part with its vertices, and what its controls start from."""
-    kinds: Sequence[Kind] = ("fixed", "handles", "features")
-    listed = [
-        _part(kind, name, part, regions)
-        for kind in kinds
-        for name, part in state.parts(kind).items()
-    ]
-    return listed + [
-        {"kind": "pins", "name": name, "vertices": [pin.point], "to": pin.to}
-        for name, pin in state.parts("pins").items()
-    ]
-
-
-def _part(kind: Kind, name: str, part: Any, regions: Regions) -> dict[str, Any]:
-    vertices: Indices = regions.vertices(part.region, name)
-    centre = regions.surface.vertices[vertices].mean(axis=0)
-    told = {"kind": kind, "name": name, "vertices": vertices, "centre": centre.tolist()}
-    if isinstance(part, Handle):
-        told["move"] = part.move.model_dump()
-    if isinstance(part, Feature):
-        found = regions.features.get(name)
-        rest = getattr(getattr(found, "circle", None), "radius", None)
-        told |= {"keep": part.kept, "scale": part.scale, "radius": part.radius}
-        told["rest_radius"] = rest
-    return told
-
-
-def _found(feature: Any) -> dict[str, Any]:
-    return {
-        "name": feature.name,
-        "kind": type(feature).__name__.lower(),
-        "figures": feature.figures,
-        "vertices": feature.vertices,
-    }
-
-
-def _suggested(state: DeformState, name: str, services: Services) -> Any:
-    kept = _regions(state, services).found(name)[0].suggested_keep
-    return None if kept == "rigid" else kept
-
-
-def _new_name(state: DeformState, kind: Kind) -> str:
-    """The first of ``handle 1`` and so on that no part has."""
-    kinds: Sequence[Kind] = ("fixed", "handles", "features", "pins")
-    taken = {name for each in kinds for name in state.recipe.names(each)}
-    one = kind.removesuffix("s")
-    return next(name for i in range(1, len(taken) + 2) if (name := f"{one} {i}") not in taken)
+def _require_vertex(vertex: int, state: DeformState, services: Services) -> None:
+    count = services.entry(state.mesh).vertices
+    if vertex >= count:
+        raise InvalidInput(f"vertex {vertex} does not exist; there are {count}, counted from 0")
 
 
 TAB = DeformTab(
     "deform",
     DeformState,
     actions(
-        *(Select, SelectVertices, SelectRegion, Grow, Add, Remove, Rename),
-        *(MoveHandle, SetFeature, AddPin, MovePin, Change, Load),
+        *(Select, SelectVertices, SelectRegion, Grow, Invert, Find, Add, Keep, Remove, Rename),
+        *(MoveHandle, SetFeature, AddPin, MovePin, Mirror, Change, Load),
     ),
 )

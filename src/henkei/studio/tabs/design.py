@@ -165,7 +165,8 @@ class Remove(Action[DesignState]):
     name: Name
 
     def apply(self, state: DesignState, services: Services) -> DesignState:
-        return _held(state.with_part(self.name, None), services)
+        said = state.model_copy(update={"recipe": named(state.recipe)})
+        return _held(said.with_part(self.name, None), services)
 
 
 class Rename(Action[DesignState]):
@@ -267,9 +268,12 @@ class Load(Action[DesignState]):
     recipe: dict[str, Any]
 
     def apply(self, state: DesignState, services: Services) -> DesignState:
-        services.entry(state.cage)
-        changes = {"recipe": named(DesignRecipe.of(self.recipe)), "shown": None, "stroke": None}
-        return state.model_copy(update=changes)
+        recipe = named(DesignRecipe.of(self.recipe))
+        loaded = state.model_copy(update={"recipe": recipe, "shown": None, "stroke": None})
+        engine = engine_of(loaded, services)
+        finest = max((one.level for kind in KINDS for one in recipe.parts(kind)), default=0)
+        engine.designer(recipe, max(finest, level_of(loaded, engine)))  # all fits, or is refused
+        return loaded
 
 
 class DesignTab(Tab[DesignState]):

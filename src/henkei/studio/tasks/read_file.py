@@ -76,7 +76,7 @@ def about(surface: Surface) -> str:
         return f"{corners}one-sided, {pieces}"
     loops = _loops(topology)
     border = _count(loops, "boundary loop", "boundary loops") if loops else "closed"
-    genus = (2 * topology.component_count - loops - topology.euler_characteristic) // 2
+    genus = (2 * topology.component_count - loops - _euler_characteristic(topology)) // 2
     turned = len(topology.misoriented_edges)
     along = _count(turned, "edge", "edges")
     note = f"; faces wind against each other along {along}" if turned else ""
@@ -86,6 +86,14 @@ def about(surface: Surface) -> str:
 def _corners(surface: Surface) -> str:
     sizes = surface.offsets[1:] - surface.offsets[:-1]
     return "quads, " if (sizes == 4).all() else "polygons, "
+
+
+def _euler_characteristic(topology: Topology) -> int:
+    """V - E + F of a manifold surface, without a table of its edges."""
+    used = topology.vertex_count - len(topology.unused_vertices)
+    border = np.count_nonzero(topology.twin == BOUNDARY)
+    edges = (len(topology.twin) + border) // 2
+    return int(used - edges + len(topology.offsets) - 1)
 
 
 def _loops(topology: Topology) -> int:

@@ -1,0 +1,307 @@
+"""Two surfaces combined, and what the page shows of that: shapes, plane, colours, figures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from henkei.combine import CombinedMesh
+from henkei.errors import InvalidInput
+from henkei.geometry.rotation_path import KNOTS, RotationAwarePath
+from henkei.mesh import Floats, Mesh
+from henkei.progress import Progress, part
+from henkei.recipes.combine import CombineRecipe
+from henkei.studio.disks import Disks, Kind, Side
+from henkei.studio.drawables import normalised
+from henkei.topology import BOUNDARY
+from henkei.workflows.combine_by_recipe import combine_by_recipe
+
+if TYPE_CHECKING:
+    from henkei.studio.blobs import Blobs
+    from henkei.studio.worker import Report
+
+UNIT = 2.0**61  # of the common plane, per radius
+MOST_TURNED = 400_000  # vertices whose turning path the page can hold
+MOST_OF_IT = 0.9  # of the area, that the range of a heat map covers
+MOST_ATTRIBUTES = 24  # to colour by
+LEAST_GROWTH = 0.1  # that its range goes to, in powers of two
+WEIGHTS = {"cotangent": "harmonic"}  # what a flattening with them is called
+
+
+def run(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any]:
+    """Combine the surfaces ``a`` and ``b`` as a ``recipe`` says.
+
+    Returns blobs: the ``result``; its ``shapes``, what is drawn of it in the form of a with the
+    positions of b beside; its ``plane``; and, where the recipe's morph turns, the ``turning``; also
+    ``colours``, ``figures`` and the vertices that ``pairs`` and ``landmarks`` became; and of the
+    request ``meshes`` and ``of``.
+
+    Raises
+    ------
+    HenkeiError : as :func:`henkei.combine`.
+    """
+    a, b = (blobs.surface(request[side]) for side in "ab")
+    recipe = CombineRecipe.of(request["recipe"])
+    turns = recipe.morph.path == "rotation"
+    combining = part(report.progress, 0.0, 0.3 if turns else 0.8)
+    result = combine_by_recipe(a, b, recipe, progress=combining)
+    disks = Disks(Side("a", "a", a, recipe), Side("b", "b", b, recipe))
+    report.progress("keeping it", 0.3 if turns else 0.8)
+    turning = None
+    if turns and len(result.vertices_a) <= MOST_TURNED:
+        turning = _turning(result, blobs, part(report.progress, 0.4, 1.0))
+    return {
+        "result": blobs.put_result(result),
+        "shapes": _shapes(result, blobs),
+        "plane": _plane(result, blobs),
+        "turning": turning,
+        "colours": _colours(result, blobs),
+        "figures": figures(result, recipe),
+        "meshes": request["meshes"],
+        "of": request["of"],
+        "pairs": _became(result, disks, "pairs", recipe),
+        "landmarks": _became(result, disks, "landmarks", recipe),
+    }
+
+
+def turn(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any]:
+    """Prepare the turning path of a ``result``. Returns it and the blob, as ``turning``.
+
+    Raises
+    ------
+    InvalidInput : it is too large to be held by a page.
+    """
+    result = blobs.result(request["result"])
+    if len(result.vertices_a) > MOST_TURNED:
+        raise InvalidInput(
+            f"{len(result.vertices_a):,} vertices are too many to turn while you look; up to "
+            f"{MOST_TURNED:,} are shown. A morph that is exported can turn them all the same"
+        )
+    return {"result": request["result"], "turning": _turning(result, blobs, report.progress)}
+
+
+def frame_of_both(result: CombinedMesh) -> tuple[Floats, float]:
+    """Centre (3,) and half the diagonal of the box around both shapes."""
+    ends = [shape for one in (result.vertices_a, result.vertices_b) for shape in _box(one)]
+    low, high = np.min(ends, axis=0), np.max(ends, axis=0)
+    return (low + high) / 2, float(np.linalg.norm(high - low)) / 2 or 1.0
+
+
+def _box(points: Floats) -> tuple[Floats, Floats]:
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _shapes(result: CombinedMesh, blobs: Blobs) -> str:
+    """What is drawn: a surface as pages take it, and ``other``, its positions on b."""
+    centre, scale = frame_of_both(result)
+    mesh = Mesh(result.vertices_a, result.faces)
+    border = np.flatnonzero(mesh.topology.twin == BOUNDARY)
+    ends = np.stack([mesh.indices[border], mesh.topology.target[border]], axis=1)
+    header = {
+        "kind": "surface",
+        "centre": centre.tolist(),
+        "scale": scale,
+        "vertices": len(mesh.vertices),
+        "faces": mesh.face_count,
+    }
+    return blobs.put_message(
+        header,
+        positions=normalised(result.vertices_a, centre, scale),
+        other=normalised(result.vertices_b, centre, scale),
+        triangles=result.faces.astype(np.uint32),
+        edges=result.edges.astype(np.uint32),
+        creases=ends.astype(np.uint32),
+    )
+
+
+def _plane(result: CombinedMesh, blobs: Blobs) -> str:
+    """Where the vertices are in the common plane, and the edges of a and of b."""
+    flat = np.zeros((len(result.plane_vertices), 3), dtype=np.float32)
+    flat[:, :2] = result.plane_vertices / UNIT
+    edges = result.edges.astype(np.uint32)
+    return blobs.put_message(
+        {"kind": "plane"},
+        positions=flat,
+        edges_a=edges[result.edge_on_a >= 0],
+        edges_b=edges[result.edge_on_b >= 0],
+    )
+
+
+def _turning(result: CombinedMesh, blobs: Blobs, progress: Progress) -> str:
+    """Positions (KNOTS + 3, n, 3) of the turning path, from one knot before 0 to one after 1."""
+    progress("finding how the parts turn", 0.0)
+    path = RotationAwarePath(result.correspondence)
+    centre, scale = frame_of_both(result)
+    count = KNOTS + 3
+    knots = np.empty((count, len(result.vertices_a), 3), dtype=np.float32)
+    for i in range(count):
+        progress("turning", 0.4 + 0.6 * i / count)
+        knots[i] = normalised(path.positions((i - 1) / KNOTS), centre, scale)
+    return blobs.put_message({"kind": "turning"}, knots=knots)
+
+
+def _became(result: CombinedMesh, disks: Disks, kind: Kind, recipe: CombineRecipe) -> list[int]:
+    """The vertex of the result that each pair or landmark of a recipe became, in its order."""
+    given = disks.vertices(kind, recipe)
+    vertices: list[int] = result.vertex_of_a[given[:, 0]].tolist()
+    return vertices
+
+
+# Colours
+
+
+def _colours(result: CombinedMesh, blobs: Blobs) -> list[dict[str, Any]]:
+    """What the combined mesh can be coloured by."""
+    found: list[dict[str, Any]] = []
+    for side, mesh in (("a", result.mesh_a), ("b", result.mesh_b)):
+        for per in ("vertex", "face"):
+            for name, values in getattr(mesh.attributes, per).items():
+                told = _colour(values, blobs) if name == "color" else _scalar(values, blobs)
+                if told is not None:
+                    title = "Colours" if name == "color" else name
+                    found.append({"title": f"{title} of {side}", "per": per, **told})
+    return [*found[:MOST_ATTRIBUTES], *_comparisons(result, blobs)]
+
+
+def _colour(values: NDArray[Any], blobs: Blobs) -> dict[str, Any] | None:
+    """Colours (n, 3) or (n, 4) in [0, 1]."""
+    if values.ndim != 2 or values.shape[1] not in (3, 4) or values.dtype.kind != "f":
+        return None
+    rgb = np.round(255 * np.clip(np.nan_to_num(values[:, :3], nan=1.0), 0, 1))
+    return {"data": blobs.put_message({"kind": "colours"}, rgb=rgb.astype(np.uint8))}
+
+
+def _scalar(values: NDArray[Any], blobs: Blobs) -> dict[str, Any] | None:
+    """Numbers (n,): whole ones are categories, others a heat map."""
+    if values.ndim != 1 or values.dtype.kind not in "biuf" or not len(values):
+        return None
+    if values.dtype.kind != "f":
+        return _values(values, "categorical", (0.0, 1.0), blobs)
+    finite = values[np.isfinite(values)]
+    limits = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
+    return _values(values, "viridis", limits, blobs)
+
+
+def _values(
+    values: NDArray[Any], colormap: str, limits: tuple[float, float], blobs: Blobs
+) -> dict[str, Any]:
+    data = blobs.put_message({"kind": "values"}, values=values.astype(np.float32))
+    return {"data": data, "colormap": colormap, "limits": limits}
+
+
+def _comparisons(result: CombinedMesh, blobs: Blobs) -> list[dict[str, Any]]:
+    """Heat maps of what differs between the shapes."""
+    apart = np.linalg.norm(result.vertices_b - result.vertices_a, axis=1)
+    distance = _values(apart, "magma", (0.0, float(apart.max(initial=0.0)) or 1.0), blobs)
+    factor, area = growth(result)
+    powers = np.log2(factor, out=np.full(len(factor), np.nan), where=factor > 0)
+    known = np.isfinite(powers)
+    most = max(quantile(np.abs(powers[known]), area[known], MOST_OF_IT), LEAST_GROWTH)
+    grown = _values(powers, "coolwarm", (-most, most), blobs)
+    return [
+        {"title": "Distance from a to b", "per": "vertex", **distance},
+        {"title": "Growth from a to b", "unit": "doublings of area", "per": "face", **grown},
+    ]
+
+
+def growth(result: CombinedMesh) -> tuple[Floats, Floats]:
+    """Factor (m,) by which each face's share of the area grows from a to b, and its mean share."""
+    areas = [Mesh(v, result.faces).face_areas for v in (result.vertices_a, result.vertices_b)]
+    share_a, share_b = (one / (one.sum() or 1.0) for one in areas)
+    factor = np.divide(share_b, share_a, out=np.zeros_like(share_b), where=share_a > 0)
+    return factor, (share_a + share_b) / 2
+
+
+def quantile(values: Floats, weights: Floats, share: float) -> float:
+    """The value that a share of the weight does not exceed; 0 of nothing."""
+    if not len(values):
+        return 0.0
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    place = min(int(np.searchsorted(total, share * total[-1])), len(values) - 1)
+    return float(values[order[place]])
+
+
+# Figures
+
+
+def figures(result: CombinedMesh, recipe: CombineRecipe) -> list[dict[str, Any]]:
+    """What tells whether to trust it: rows of label and value, with ``bad`` where one is not as it
+    should be."""
+    q = result.quality
+    euler_off = q.euler != 1 and not recipe.drop_fill
+    rows: list[dict[str, Any]] = [
+        _row("Vertices", q.vertices, "all of a and of b, and one wherever their edges cross"),
+        _row("Faces", q.faces),
+        _row("Crossings of edges", q.crossings),
+        _row("Vertices that coincide", q.coincident, "at least the pairs and landmarks"),
+        _row("Euler characteristic", q.euler, "vertices − edges + faces: 1 for a disk", euler_off),
+        _row(
+            "Faces turned over",
+            q.inverted,
+            "in the common plane, decided exactly: there are none",
+            q.inverted > 0,
+        ),
+    ]
+    rows += [_flattening(name, weights) for name, weights in _flattened(result)]
+    worst = max(q.vertex_error_a, q.vertex_error_b)
+    rows.append(
+        _row(
+            "Worst vertex error",
+            f"{worst:.1e}" if worst else 0,
+            "how far a vertex is from its own place, as a fraction of the diagonal: rounding only",
+            worst > 1e-9,
+        )
+    )
+    factor, area = growth(result)
+    low, high = (quantile(factor, area, share) for share in (0.05, 0.95))
+    rows.append(
+        _row(
+            "Growth of nine tenths",
+            f"×{low:.2g} to ×{high:.2g}",
+            "by what factor faces grow from a to b, without the least and the most twentieth of "
+            "the area",
+        )
+    )
+    return [*rows, *_of_inputs(result)]
+
+
+def _flattened(result: CombinedMesh) -> tuple[tuple[str, str], tuple[str, str]]:
+    return ("a", result.quality.weights_a), ("b", result.quality.weights_b)
+
+
+def _flattening(name: str, weights: str) -> dict[str, Any]:
+    harmonic = weights in WEIGHTS
+    hint = (
+        "the harmonic map, with cotangent weights"
+        if harmonic
+        else "the harmonic map would turn faces over, so other weights were taken"
+    )
+    return _row(f"Flattening of {name}", WEIGHTS.get(weights, f"{weights} weights"), hint)
+
+
+def _of_inputs(result: CombinedMesh) -> list[dict[str, Any]]:
+    """What was done to the inputs, where anything was."""
+    q = result.quality
+    counts = (
+        ("Holes filled", q.filled_a, q.filled_b, "closed with a fan around their centre"),
+        (
+            "Chords split",
+            q.chords_a,
+            q.chords_b,
+            "edges inside with both ends on one side of the polygon",
+        ),
+        ("Larger faces split", q.polygons_a, q.polygons_b, "into triangles"),
+        ("Vertices left out", q.unused_a, q.unused_b, "no face uses them"),
+    )
+    return [
+        _row(label, f"a: {of_a:,}, b: {of_b:,}", hint)
+        for label, of_a, of_b, hint in counts
+        if of_a or of_b
+    ]
+
+
+def _row(label: str, value: float | str, hint: str = "", bad: bool = False) -> dict[str, Any]:
+    return {"label": label, "value": value, "hint": hint, "bad": bad}

@@ -1,0 +1,315 @@
+"""A session: what is done is the document, and pages are told what is."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import henkei as hk
+from henkei.shapes import bumper, bumper_parts
+from henkei.studio.messages import Message
+from henkei.studio.session import Session
+
+LIMIT = 60.0  # seconds that anything may take
+
+
+class Page:
+    """Stands for a page: what it was told."""
+
+    def __init__(self) -> None:
+        self.told: queue.Queue[tuple[dict[str, Any], dict[str, Any]]] = queue.Queue()
+        self.last: dict[str, Any] = {}
+        self.tabs: dict[str, Any] = {}
+        self.positions: dict[str, Any] = {}
+        self.exact: dict[str, bool] = {}
+
+    def send(self, header: dict[str, Any], **arrays: Any) -> None:
+        self.told.put((header, arrays))
+
+    def state(self, header: dict[str, Any], **arrays: Any) -> None:
+        self.last = header
+        self.tabs |= header["tabs"]
+
+    def frame(self, header: dict[str, Any], **arrays: Any) -> None:
+        self.positions[header["surface"]] = arrays["positions"]
+        self.exact[header["surface"]] = header["exact"]
+
+    def until(self, kind: str) -> dict[str, Any]:
+        while True:
+            header, _ = self.told.get(timeout=LIMIT)
+            if header["kind"] == kind:
+                return header
+
+
+class Studio:
+    """A session on a thread of its own, and a page that looks at it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.work: queue.Queue[Any] = queue.Queue()
+        self.thread = threading.Thread(target=self._run)
+        self.thread.start()
+        self.session = self.on_engine(lambda: Session(folder, self.work.put))
+        self.page = Page()
+        self.count = 0
+        self.on_engine(lambda: self.session.connected(self.page))
+        self.receive("hello", session=None)
+
+    def _run(self) -> None:
+        while (work := self.work.get()) is not None:
+            work()
+
+    def on_engine(self, work: Any) -> Any:
+        answer: queue.Queue[Any] = queue.Queue()
+
+        def run() -> None:
+            try:
+                answer.put((work(), None))
+            except BaseException as error:
+                answer.put((None, error))
+
+        self.work.put(run)
+        value, error = answer.get(timeout=LIMIT)
+        if error is not None:
+            raise error
+        return value
+
+    def receive(self, kind: str, **header: Any) -> dict[str, Any]:
+        self.count += 1
+        message = Message({"kind": kind, "id": self.count, **header})
+        self.on_engine(lambda: self.session.receive(self.page, message))
+        while True:
+            told, _ = self.page.told.get(timeout=LIMIT)
+            if told.get("id") == self.count:
+                return told
+
+    def do(self, tab: str, action: str, **arguments: Any) -> dict[str, Any]:
+        return self.receive("do", tab=tab, action=action, arguments=arguments)
+
+    def live(self, tab: str, action: str, **arguments: Any) -> None:
+        message = Message(
+            {"kind": "live", "tab": tab, "action": action, "sequence": 7, "arguments": arguments}
+        )
+        self.on_engine(lambda: self.session.live(self.page, message))
+
+    def close(self, *, kill: bool = False) -> None:
+        if not kill:
+            self.on_engine(self.session.close)
+        self.work.put(None)
+        self.thread.join()
+
+
+@pytest.fixture()
+def studio(tmp_path: Path) -> Iterator[Studio]:
+    studio = Studio(tmp_path / "sessions")
+    yield studio
+    studio.close()
+
+
+def opened(studio: Studio, tmp_path: Path, surface: Any, name: str = "mesh.obj") -> dict[str, Any]:
+    path = tmp_path / name
+    hk.write(path, surface)
+    answer: dict[str, Any] = studio.session.uploaded(path, name)
+    return answer
+
+
+def test_an_uploaded_mesh_is_open_and_chosen(studio: Studio, tmp_path: Path) -> None:
+    studio.do("document", "show", name="deform")
+    assert opened(studio, tmp_path, bumper()) == {"mesh": "m1"}
+    (mesh,) = studio.page.last["meshes"]
+    assert (mesh["name"], mesh["vertices"]) == ("mesh.obj", len(bumper().vertices))
+    assert studio.page.tabs["deform"]["state"]["mesh"] == "m1"
+    assert studio.page.tabs["deform"]["view"]["surfaces"]["mesh"]["live"]
+
+
+def test_a_file_that_is_no_mesh_is_refused(studio: Studio, tmp_path: Path) -> None:
+    path = tmp_path / "a.obj"
+    path.write_text("v 0 0 0\nf 1 2 3\n")
+    answer = studio.session.uploaded(path, "a.obj")
+    assert set(answer) == {"message"}
+    assert "a.obj" in answer["message"]
+    assert studio.page.last["meshes"] == []
+
+
+def bending(studio: Studio, tmp_path: Path) -> None:
+    """A bumper whose sides stay and whose emblem is a handle."""
+    parts = bumper_parts()
+    studio.do("document", "show", name="deform")
+    opened(studio, tmp_path, bumper())
+    for kind, region in (("fixed", "sides"), ("handles", "handle")):
+        studio.do("deform", "select_vertices", vertices=parts[region].tolist())
+        assert studio.do("deform", "add", kind=kind)["kind"] == "done"
+
+
+def test_what_a_page_sees_is_what_its_recipe_makes(studio: Studio, tmp_path: Path) -> None:
+    bending(studio, tmp_path)
+    move = {"translation": [0.0, 5.0, 40.0], "rotation": [10.0, 0.0, 0.0]}
+    studio.do("deform", "move_handle", name="handle 1", move=move)
+    document = studio.on_engine(lambda: studio.session._now)
+    made = hk.deform_by_recipe(document.deform.recipe, hk.read(tmp_path / "mesh.obj"))
+    shown = studio.page.positions["mesh"]
+    centre, scale = studio.on_engine(
+        lambda: studio.session._services.frame(
+            studio.page.tabs["deform"]["view"]["surfaces"]["mesh"]["data"]
+        )
+    )
+    np.testing.assert_allclose(centre + scale * shown, made.mesh.vertices, atol=1e-6 * scale)
+
+
+def test_a_drag_is_shown_but_no_step(studio: Studio, tmp_path: Path) -> None:
+    bending(studio, tmp_path)
+    rest, undo = studio.page.positions["mesh"].copy(), studio.page.last["undo"]
+    for z in (1.0, 2.0, 40.0):
+        move = {"translation": [0.0, 0.0, z]}
+        studio.live("deform", "move_handle", name="handle 1", move=move)
+    assert not studio.page.exact["mesh"]
+    assert np.abs(studio.page.positions["mesh"] - rest).max() > 0.01
+    assert studio.page.last["undo"] == undo
+    studio.receive("drop")
+    np.testing.assert_array_equal(studio.page.positions["mesh"], rest)
+
+
+def test_undo_and_redo_go_all_the_way(studio: Studio, tmp_path: Path) -> None:
+    bending(studio, tmp_path)
+    last = studio.page.tabs["deform"]["state"]
+    steps = 0
+    while studio.page.last["undo"]:
+        assert studio.receive("undo")["kind"] == "done"
+        steps += 1
+    assert studio.page.last["meshes"] == []
+    assert studio.receive("undo")["kind"] == "refused"
+    for _ in range(steps):
+        assert studio.receive("redo")["kind"] == "done"
+    assert studio.page.tabs["deform"]["state"] == last
+    assert studio.page.last["redo"] is None
+
+
+def test_an_answer_that_was_lost_is_given_again_without_doing_it_twice(studio: Studio) -> None:
+    message = Message(
+        {
+            "kind": "do",
+            "id": "page-1",
+            "tab": "document",
+            "action": "example",
+            "arguments": {"name": "plate"},
+        }
+    )
+    for _ in range(2):
+        studio.on_engine(lambda: studio.session.receive(studio.page, message))
+    assert len(studio.page.last["meshes"]) == 1
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        {"kind": "nothing"},
+        {"kind": "do"},
+        {"kind": "do", "tab": "deform"},
+        {"kind": "do", "tab": ["deform"], "action": "add"},
+        {"kind": "do", "tab": "deform", "action": {"a": 1}},
+        {"kind": "do", "tab": "deform", "action": "add", "arguments": []},
+        {"kind": "do", "tab": "deform", "action": "add", "arguments": {"kind": "nothing"}},
+        {"kind": "do", "tab": "deform", "action": "select_vertices", "arguments": {"vertices": -1}},
+        {"kind": "do", "tab": "document", "action": "example", "arguments": {"name": "../x"}},
+        {"kind": "do", "tab": "document", "action": "restore", "arguments": {"session": "../x"}},
+        {"kind": "do", "tab": "document", "action": ["restore"]},
+        {"kind": "grab", "tab": "deform", "arguments": {"name": 3}},
+        {"kind": "grab", "tab": {}},
+        {"kind": "undo"},
+        {"kind": "redo"},
+    ],
+)
+def test_what_cannot_be_done_is_refused_in_words(studio: Studio, header: dict[str, Any]) -> None:
+    told = studio.receive(**header)
+    if header["kind"] == "grab" and isinstance(header["tab"], str):
+        assert told["kind"] == "done"  # nothing to drag, and nothing wrong
+    else:
+        assert told["kind"] == "refused"
+        assert len(told["message"]) > 20
+        assert "Error" not in told["message"]
+        assert "fault of ours" not in told["message"]
+
+
+def test_a_session_that_was_killed_is_offered_with_its_drag(tmp_path: Path) -> None:
+    first = Studio(tmp_path / "sessions")
+    bending(first, tmp_path)
+    ident = first.page.last["session"]
+    move = {"translation": [0.0, 0.0, 12.0]}
+    first.live("deform", "move_handle", name="handle 1", move=move)
+    first.on_engine(lambda: first.session._kept._journal.flush())
+    first.on_engine(lambda: first.session._works.close())
+    second = Studio(tmp_path / "copy")
+    second.close()
+    first.on_engine(lambda: first.session._kept.close())
+    first.close(kill=True)
+    again = Studio(tmp_path / "sessions")
+    try:
+        assert [offer["session"] for offer in again.page.last["offers"]] == [ident]
+        assert again.do("document", "restore", session=ident)["kind"] == "done"
+        (handle,) = again.page.tabs["deform"]["state"]["recipe"]["handles"]
+        assert handle["move"]["translation"] == [0.0, 0.0, 12.0]
+        assert again.page.last["undo"] == "move handle"
+    finally:
+        again.close()
+
+
+@pytest.mark.parametrize("tab", ["combine", "register", "deform", "quad", "design"])
+def test_every_example_opens_in_its_tab(studio: Studio, tab: str) -> None:
+    for example in studio.page.last["examples"]:
+        if example["tab"] == tab:
+            told = studio.do("document", "example", name=example["name"])
+            assert told["kind"] == "done", told
+            assert studio.page.last["tab"] == tab
+            assert "problem" not in studio.page.tabs[tab]["view"]
+            assert studio.page.tabs[tab]["view"]["exports"]
+            studio.do("document", "new")
+
+
+def test_closing_a_mesh_empties_the_tabs_that_had_it(studio: Studio) -> None:
+    studio.do("document", "example", name="plate")
+    studio.do("document", "remove", mesh="m1")
+    assert studio.page.last["meshes"] == []
+    assert studio.page.tabs["quad"]["state"]["mesh"] is None
+    studio.receive("undo")
+    assert studio.page.tabs["quad"]["state"]["mesh"] == "m1"
+
+
+def test_a_mesh_is_there_when_another_tab_comes_to_the_front(studio: Studio) -> None:
+    studio.do("document", "example", name="plate")
+    studio.do("document", "show", name="deform")
+    assert studio.page.tabs["deform"]["state"]["mesh"] == "m1"
+
+
+def test_an_export_is_the_recipe_run_by_the_library(studio: Studio, tmp_path: Path) -> None:
+    bending(studio, tmp_path)
+    studio.do("deform", "move_handle", name="handle 1", move={"translation": [0.0, 0.0, 30.0]})
+    known = {one["format"] for one in studio.page.tabs["deform"]["view"]["exports"]}
+    assert "recipe" in known
+    answer = studio.on_engine(
+        lambda: studio.session.export({"tab": "deform", "format": "recipe", "options": {}})
+    )
+    ended = studio.page.until("ended")
+    assert ended["job"] == answer["job"]
+    assert ended["outcome"] == "done", ended
+    path, name = studio.session.download(ended["file"])  # type: ignore[misc]
+    recipe = hk.DeformRecipe.read(path)
+    assert name.endswith(".json")
+    document = studio.on_engine(lambda: studio.session._now)
+    wanted = document.deform.recipe.model_dump(exclude_defaults=True)
+    assert recipe.model_dump(exclude_defaults=True, exclude={"schema_file"}) == wanted
+
+
+def test_a_dropped_recipe_goes_to_its_tab(studio: Studio, tmp_path: Path) -> None:
+    studio.do("document", "example", name="bumper")
+    studio.do("document", "show", name="quad")
+    recipe = studio.on_engine(lambda: studio.session._now.deform.recipe)
+    path = tmp_path / "recipe.json"
+    recipe.model_copy(update={"handles": ()}).write(path)
+    assert studio.session.uploaded(path, "recipe.json") == {"recipe": "deform"}
+    assert studio.page.last["tab"] == "deform"
+    assert studio.page.tabs["deform"]["state"]["recipe"]["handles"] == []
