@@ -71,7 +71,9 @@ class Page:
 def speaking(studio: RunningStudio) -> Iterator[Page]:
     """A page of a studio."""
     address = studio.address.replace("http", "ws", 1).replace("/?", "/ws?")
-    with connect(address, compression=None, max_size=None, proxy=None) as socket:
+    with connect(
+        address, compression=None, max_size=None, proxy=None, ping_interval=None
+    ) as socket:
         yield Page(socket)
 
 

@@ -83,7 +83,9 @@ def test_commands(tmp_path, monkeypatch, capsys):
     for name, height in (("low", 0.8), ("middle", 1.1), ("high", 1.3)):
         hk.write(f"scans/{name}.obj", ball(height))
     lines = "".join(blocks("sh")).splitlines()
-    commands = [shlex.split(line, comments=True) for line in lines if line.startswith("henkei ")]
+    every = [shlex.split(line, comments=True) for line in lines if line.startswith("henkei ")]
+    commands = [command for command in every if command[1] != "studio"]  # it never ends
+    assert len(every) == len(commands) + 1
     assert {command[1] for command in commands} == {
         *("info", "combine", "morph", "register", "stats", "features", "deform", "quad", "design")
     }

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from henkei.errors import InvalidInput, InvalidMesh, some
 from henkei.fans import fan_triangles
+from henkei.showing import Showing
 from henkei.topology import Ints, Topology
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ class Attributes:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Surface(ABC):
+class Surface(Showing, ABC):
     """What triangle and polygon meshes share. Nothing changes a surface in place."""
 
     vertices: Floats
@@ -130,12 +131,6 @@ class Surface(ABC):
         extra = f", {self.attributes!r}" if self.attributes else ""
         name = type(self).__name__
         return f"{name}({len(self.vertices)} vertices, {self.face_count} faces{extra})"
-
-    def _repr_html_(self) -> str:
-        """How a notebook shows it; see :func:`henkei.view`."""
-        from henkei.io.view import represented
-
-        return represented(self)
 
     def _scene_(self) -> Scene:
         """What there is to see of it."""

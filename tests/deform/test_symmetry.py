@@ -138,6 +138,7 @@ def test_what_is_its_own_image_cannot_leave_the_plane(pose, name):
     ("point", "normal", "message"),
     [
         ((0, 0.1, 0), (0, 1, 0), r"not symmetric: \d+ vertices have no mirror image"),
+        ((0, 1e300, 0), (0, 1, 0), r"not symmetric: \d+ vertices have no mirror image"),
         ((0, 0, 0), (0, 0, 0), "normal of the plane of symmetry is zero"),
         ((0, 0), (0, 1, 0), "three finite numbers"),
         ((0, 0, np.nan), (0, 1, 0), "three finite numbers"),

@@ -19,20 +19,38 @@ declare global {
 /** Milliseconds after which a picture that is out of sight gives its graphics card back. */
 const REST = 4000;
 
+/** Milliseconds after which a page that is told nothing counts as out of sight. */
+const PATIENCE = 500;
+
 async function begin(): Promise<void> {
   const scene = sceneOf(await window.unpacked!("surface"));
   const place = document.createElement("main");
   place.className = "view";
   document.body.append(place);
   const view = new View(scene, place);
+  const seen = await isSeen(place);
   view.start();
+  if (!seen) view.stop();
   document.querySelector("#figures")?.remove();
   const controls = document.createElement("div");
+  controls.className = "view-controls";
   place.append(controls);
   render(h(Panel, { view }), controls);
   shareWheel(place);
   restWhileUnseen(place, view);
   window.view = view;
+}
+
+/** Whether a place is on the screen. */
+function isSeen(place: HTMLElement): Promise<boolean> {
+  return new Promise((resolve) => {
+    const watch = new IntersectionObserver(([entry]) => {
+      watch.disconnect();
+      resolve(entry!.isIntersecting);
+    });
+    watch.observe(place);
+    window.setTimeout(resolve, PATIENCE, false);
+  });
 }
 
 /** Draws only while the page is on the screen. */

@@ -14,8 +14,12 @@ from henkei.errors import InvalidFile
 from henkei.geometry.alignment import aligned
 from henkei.geometry.correspondence import Correspondence, SurfacePoints
 from henkei.geometry.interpolation import Path, Time, between
+from henkei.io.scene import Mark, Scene
 from henkei.mesh import Attributes, Floats, Mesh
+from henkei.showing import Showing
 from henkei.topology import Ints
+
+PAIR = "#2f6fd0"  # colour of marks at pairs
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,7 @@ class CombineQuality:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CombinedMesh:
+class CombinedMesh(Showing):
     """Two disks in one mesh. Made by :func:`henkei.combine`.
 
     correspondence : faces, positions on a and on b, places on both inputs, carried attributes.
@@ -99,6 +103,13 @@ class CombinedMesh:
     def __repr__(self) -> str:
         sizes = f"{len(self.vertices_a)} vertices, {len(self.faces)} faces"
         return f"CombinedMesh({sizes}, {len(self.pairs)} pairs, {len(self.landmarks)} landmarks)"
+
+    def _scene_(self) -> Scene:
+        """The morph from a to b, with the pairs on the boundary and the landmarks."""
+        pairs = [Mark(int(v), colour=PAIR) for v in self.vertex_of_a[self.pairs[:, 0]]]
+        inside = self.vertex_of_a[self.landmarks[:, 0]].tolist()
+        landmarks = [Mark(vertex, str(k)) for k, vertex in enumerate(inside)]
+        return replace(self.correspondence._scene_(), marks=(*pairs, *landmarks))
 
     @property
     def faces(self) -> Ints:

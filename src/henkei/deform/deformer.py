@@ -14,6 +14,7 @@ from henkei.deform.drag import Drag
 from henkei.deform.prepared import Prepared
 from henkei.deform.quality import DeformQuality, Solution, measured
 from henkei.deform.regions import checked_name, checked_point, checked_region, require_apart
+from henkei.deform.scene import scene_of
 from henkei.deform.settings import Method, Settings
 from henkei.deform.symmetry import Symmetry
 from henkei.errors import InvalidInput, some
@@ -21,11 +22,12 @@ from henkei.geometry.arguments import is_number
 from henkei.geometry.requirements import require_measurable_faces
 from henkei.mesh import Floats, Surface
 from henkei.progress import Progress, silent
+from henkei.showing import Showing
 
 ON_TOP = 100  # vertices that may come to a prepared deformer before it is factored anew
 
 
-class Deformer:
+class Deformer(Showing):
     """Bends a surface by handles while form features keep their shape.
 
     Parameters
@@ -51,6 +53,8 @@ class Deformer:
     >>> handle.move(translation=(0, 0, 5))
     >>> positions = d.solve()
     """
+
+    _scene_ = scene_of
 
     def __init__(self, mesh: Any, settings: Settings | None = None) -> None:
         from henkei.interchange import surface_from

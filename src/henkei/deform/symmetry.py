@@ -218,7 +218,7 @@ def _partners(surface: Surface, images: Floats, tolerance: float) -> Ints:
     used = np.unique(surface.indices)
     partner = np.arange(len(surface.vertices), dtype=np.int32)
     distance, nearest = cKDTree(surface.vertices[used]).query(images[used])
-    partner[used] = used[nearest]
+    partner[used] = used[np.minimum(nearest, len(used) - 1)]  # too far away, none is found at all
     alone = used[(distance > tolerance) | (partner[partner[used]] != used)]
     if len(alone):
         raise InvalidInput(

@@ -24,15 +24,17 @@ from henkei.design.local_refinement import (
 )
 from henkei.design.meshes import Meshes
 from henkei.design.part import PartialLevel, checked_faces
+from henkei.design.scene import scene_of
 from henkei.design.settings import checked_count
 from henkei.design.system import System
 from henkei.errors import InvalidInput
+from henkei.showing import Showing
 
 if TYPE_CHECKING:
     from henkei.design.designer import Designer
 
 
-class LocalEdits:
+class LocalEdits(Showing):
     """The part of :class:`henkei.Designer` that works on parts of the surface."""
 
     _levels: Levels
@@ -40,6 +42,7 @@ class LocalEdits:
     _meshes: Meshes
     _live: Live
     _lost: Sequence[Constraint] = ()
+    _scene_ = scene_of
 
     @property
     def levels(self) -> int:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from henkei.errors import InvalidInput
+from henkei.io.scene import Scene, Slide, offered
 from henkei.mesh import Attributes, Floats, Mesh
+from henkei.showing import Showing
 from henkei.topology import Ints
 
 
@@ -81,7 +83,7 @@ def weighted_mean(weights: Floats, values: NDArray[Any]) -> NDArray[Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class Correspondence:
+class Correspondence(Showing):
     """One connectivity with a place on a surface *a* and a place on a surface *b* per vertex.
 
     faces : (m, 3) int32.
@@ -112,6 +114,16 @@ class Correspondence:
     def mesh_b(self) -> Mesh:
         """The common connectivity in the shape of b."""
         return Mesh(self.vertices_b, self.faces, attributes=self.attributes_b)
+
+    def _scene_(self) -> Scene:
+        """The shape of a, with a slider to that of b and what both carry as colours."""
+        colourings = offered(self.mesh_a)
+        if self.attributes_b is not self.attributes_a:
+            names = {one.name for one in colourings}
+            for one in offered(self.mesh_b):
+                colourings += (replace(one, name=f"{one.name} (b)") if one.name in names else one,)
+        morph = Slide("morph", self.vertices_b - self.vertices_a, ends=("a", "b"))
+        return Scene(Mesh(self.vertices_a, self.faces), colourings, slides=(morph,))
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Everything as arrays by name; :meth:`from_arrays` undoes it."""

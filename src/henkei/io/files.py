@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from importlib import import_module
@@ -50,6 +50,8 @@ FORMATS = [
     Format("meshio", (".vtu", ".msh", ".mesh", ".su2", ".avs"), "cae", "others"),
 ]
 BY_SUFFIX = {suffix: known for known in FORMATS for suffix in known.suffixes}
+PAGE = Format("a page", (".html", ".htm"), "", "html")
+WRITTEN = BY_SUFFIX | dict.fromkeys(PAGE.suffixes, PAGE)
 
 
 def read(path: str | os.PathLike[str]) -> Mesh | PolygonMesh:
@@ -94,6 +96,7 @@ def write(path: str | os.PathLike[str], surface: Surface, *, text: bool = False)
     The extension tells the format, see :func:`read`. OBJ, PLY, OFF and VTK's formats keep float64
     exactly; STL and glTF hold float32 and only triangles: polygons are split, and a warning says
     that positions were rounded. A warning also names attributes that the format has no place for.
+    A page (.html) shows the surface in any browser, see :mod:`henkei.io.html`; it is not read.
 
     Parameters
     ----------
@@ -112,7 +115,7 @@ def write(path: str | os.PathLike[str], surface: Surface, *, text: bool = False)
         raise InvalidInput(
             f"cannot write {type(surface).__name__}; make a mesh of it with henkei.Mesh.from_any"
         )
-    known = _format(file)
+    known = _format(file, WRITTEN)
     if text and not known.has_text_form:
         raise InvalidInput(f"{file}: text=True is for PLY and STL, {known.name} has one form")
     writable(file, surface)
@@ -146,13 +149,15 @@ def _path(path: object) -> Path:
         raise InvalidInput(f"{path!r} is no usable path") from None
 
 
-def _format(path: Path) -> Format:
+def _format(path: Path, formats: Mapping[str, Format] = BY_SUFFIX) -> Format:
     """The format that the extension names."""
     suffix = path.suffix.lower()
-    if suffix in BY_SUFFIX:
-        return BY_SUFFIX[suffix]
-    close = get_close_matches(suffix, BY_SUFFIX, n=1)
+    if suffix in formats:
+        return formats[suffix]
+    if suffix in PAGE.suffixes:
+        raise InvalidFile(f"{path}: a page is to be looked at; no surface is read from it")
+    close = get_close_matches(suffix, formats, n=1)
     raise InvalidFile(
         f"{path}: unknown extension {suffix!r}"
-        f"{f', did you mean {close[0]!r}?' if close else ''}; known are {', '.join(BY_SUFFIX)}"
+        f"{f', did you mean {close[0]!r}?' if close else ''}; known are {', '.join(formats)}"
     )

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from henkei.errors import InvalidInput
+from henkei.errors import InvalidInput, MissingDependency
 from henkei.fans import fan_triangles
 from henkei.io.packed import LARGEST, gzipped, packed, steps
 from henkei.io.page import page_folder
@@ -23,6 +23,7 @@ MOST_FACES = 2_000_000  # that a page shows
 CODES = 65_534  # steps from the least to the largest of numbers that are not whole
 FINENESS = 512  # steps of positions within an edge of usual length
 BITS = (14, 22)  # of positions, at least and at most
+NOTICES = "licences.txt"
 
 # Nothing is loaded, whatever names and titles say; data: is for the picture of a view at rest.
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
@@ -35,8 +36,9 @@ body { margin: 0; font: 13px/1.45 system-ui, sans-serif; }
 
 BEGIN = """
 window.unpacked = async (id) => {
-  const text = atob(document.getElementById(id).textContent.trim());
-  const bytes = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
+  const text = atob(document.getElementById(id).textContent);
+  const bytes = new Uint8Array(text.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = text.charCodeAt(i);
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Response(stream).arrayBuffer();
 };
@@ -246,7 +248,14 @@ def _slide(slide: Slide, scale: float, step: float) -> tuple[dict[str, Any], NDA
 @lru_cache(maxsize=1)
 def _bundle(folder: Path) -> tuple[bytes, bytes]:
     """Style and program of the viewer, compressed; the licences of its libraries go with it."""
-    notices = (folder / "licences.txt").read_text("utf-8").replace("*/", "* /")
-    program = f"/*\n{notices}\n*/\n{(folder / 'viewer.js').read_text('utf-8')}"
-    style = (folder / "viewer.css").read_text("utf-8")
+    try:
+        style, viewer, notices = (
+            (folder / name).read_text("utf-8") for name in ("viewer.css", "viewer.js", NOTICES)
+        )
+    except OSError as error:
+        raise MissingDependency(
+            f"the viewer of pages is not built ({error}): build it anew, in a clone of the "
+            "repository by: make studio"
+        ) from None
+    program = f"/*\n{notices.replace('*/', '* /')}\n*/\n{viewer}"
     return gzipped(style.encode()), gzipped(program.encode())

@@ -42,8 +42,6 @@ def gzipped(data: bytes) -> bytes:
     return compressor.compress(data) + compressor.flush()
 
 
-def steps(
-    values: NDArray[np.float64], step: float, low: NDArray[np.float64]
-) -> NDArray[np.int64]:
+def steps(values: NDArray[np.float64], step: float, low: NDArray[np.float64]) -> NDArray[np.int64]:
     """The whole numbers (rows, columns) for which ``low + step * number`` is nearest to values."""
     return np.rint((values - low) / step).astype(np.int64)

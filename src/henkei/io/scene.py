@@ -274,7 +274,9 @@ def _numbers(name: str, values: ArrayLike) -> NDArray[Any]:
     except ValueError:
         array = np.empty(0, dtype=object)
     if array.dtype.kind not in "iubf":
-        raise InvalidInput(f"{name}: values are needed that are numbers, one of each vertex or face")
+        raise InvalidInput(
+            f"{name}: values are needed that are numbers, one of each vertex or face"
+        )
     return array.astype(np.float64)
 
 

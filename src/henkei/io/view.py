@@ -6,18 +6,17 @@ import os
 import sys
 import tempfile
 import webbrowser
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from html import escape
+from importlib import import_module
 from pathlib import Path
-from typing import Any, Literal, Protocol, runtime_checkable
+from typing import Any, Literal
 
 from henkei.errors import HenkeiError, InvalidInput
 from henkei.io.html import figures, page, require_shown
 from henkei.io.scene import Scene, lines_on, marks_on
 from henkei.io.whole import whole
-from henkei.mesh import Surface
+from henkei.showing import Shown
 
 HEIGHT = 480  # pixels
 OF_ITSELF = 200_000  # faces up to which a surface shows itself at the end of a notebook's cell
@@ -31,13 +30,6 @@ OUTPUT = (
 )
 
 
-@runtime_checkable
-class Shown(Protocol):
-    """A surface or a result that says what there is to see of it."""
-
-    def _scene_(self) -> Scene: ...
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class View:
     """What :func:`henkei.view` shows. In a notebook it shows itself.
@@ -49,7 +41,7 @@ class View:
     scene: Scene
     height: int = HEIGHT
 
-    @cached_property
+    @property
     def html(self) -> str:
         """The whole page, which loads nothing else.
 
@@ -60,7 +52,7 @@ class View:
         return b"".join(page(self.scene)).decode()
 
     def _repr_html_(self) -> str:
-        return _output(self.scene, self.height)
+        return _output(self)
 
     def __repr__(self) -> str:
         surface = self.scene.surface
@@ -90,9 +82,7 @@ class View:
         MissingDependency : the viewer was not built; the message says what to do.
         """
         if _in_notebook():
-            from IPython.display import display
-
-            display(self)
+            import_module("IPython.display").display(self)
             return
         path = Path(tempfile.mkdtemp(prefix="henkei-")) / "view.html"
         self.write(path)
@@ -182,30 +172,27 @@ def represented(shown: Shown) -> str:
     there are figures."""
     try:
         scene = shown._scene_()
-    except Exception:  # a result that cannot be solved, say: it must not stand in the cell's way
+        if scene.surface.face_count > OF_ITSELF:
+            note = "Too large to be shown unasked; henkei.view(...) shows it."
+            return figures(scene.surface, note)
+        return _output(View(scene))
+    except Exception:  # a design that cannot be solved, say, which its own methods tell
         return escape(repr(shown))
-    return _output(scene, HEIGHT, OF_ITSELF)
 
 
-def _output(scene: Scene, height: int, most_faces: int | None = None) -> str:
+def _output(view: View) -> str:
     """HTML for a notebook: the page in a frame of its own, where no name in it can do harm."""
-    surface = scene.surface
-    if most_faces is not None and surface.face_count > most_faces:
-        return _figures(surface, "Too large to be shown unasked: henkei.view(...) shows it.")
+    surface = view.scene.surface
     try:
-        text = b"".join(page(scene)).decode()
+        text = b"".join(page(view.scene)).decode()
     except HenkeiError as error:
-        return _figures(surface, f"There is no picture: {error}")
+        return figures(surface, f"There is no picture: {error}")
     return OUTPUT.format(
-        figures=_figures(surface),
-        height=height,
-        title=escape(scene.title or "Surface"),
+        figures=figures(surface),
+        height=view.height,
+        title=escape(view.scene.title or "Surface"),
         page=escape(text),
     )
-
-
-def _figures(surface: Surface, note: str = "") -> str:
-    return figures(surface, note)
 
 
 def _chosen(scene: Scene, scalars: Any) -> Any:
@@ -231,6 +218,3 @@ def _has_display() -> bool:
     if sys.platform == "darwin":
         return "SSH_CONNECTION" not in os.environ
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-
-
-__all__: Sequence[str] = ["View", "represented", "view"]

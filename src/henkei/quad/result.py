@@ -11,13 +11,20 @@ from numpy.typing import NDArray
 
 from henkei.errors import InvalidFile
 from henkei.geometry.correspondence import SurfacePoints
+from henkei.geometry.element_quality import element_quality
+from henkei.io.scene import Colouring, Mark, Scene
 from henkei.mesh import Attributes, Floats, Mesh, PolygonMesh
+from henkei.quad.cleanup import irregular
 from henkei.quad.quality import QuadQuality
+from henkei.showing import Showing
 from henkei.topology import Ints
+
+IRREGULAR = ("#d9485a", "#3f7fd6")  # colours of dots where fewer and where more quads meet
+MOST_MARKS = 400
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class QuadResult:
+class QuadResult(Showing):
     """Quads on a surface. Made by :func:`henkei.quadrangulate`.
 
     mesh : quads (q, 4), counter-clockwise like the input; corner attribute ``uv``, face attribute
@@ -36,6 +43,33 @@ class QuadResult:
     features: Ints
     layout: Mesh
     quality: QuadQuality
+
+    def _scene_(self) -> Scene:
+        """The quads with lines between patches, and dots where other than four meet."""
+        mesh = self.mesh
+        quads: Ints = np.asarray(mesh.faces)
+        jacobian = element_quality(mesh).scaled_jacobian
+        off = np.flatnonzero(irregular(mesh.vertices, quads))
+        few = np.bincount(quads.ravel())[off] < 4
+        colours = np.where(few, *IRREGULAR).tolist()
+        return Scene(
+            mesh,
+            (
+                Colouring("patch", "face", self.patches.astype(float), "categorical"),
+                Colouring("scaled Jacobian", "face", jacobian, "quality", (0.0, 1.0)),
+            ),
+            shown=0,
+            marks=tuple(map(Mark, off.tolist(), [""] * len(off), colours))[:MOST_MARKS],
+            creases=np.concatenate([self._between_patches(), self.features.reshape(-1, 2)]),
+        )
+
+    def _between_patches(self) -> Ints:
+        """Edges (k, 2) between quads of two patches, and on the boundary."""
+        topology = self.mesh.topology
+        twin, patch = topology.twin, self.patches
+        beyond = np.where(twin >= 0, patch[topology.face[twin]], -1)
+        at = np.flatnonzero(patch[topology.face] > beyond)
+        return np.stack([topology.indices[at], topology.target[at]], axis=1)
 
     @property
     def patches(self) -> Ints:

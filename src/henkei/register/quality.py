@@ -166,14 +166,14 @@ def distortions(source: Mesh, result: Mesh, counted: Flags) -> tuple[float, floa
     has_area = weight > 0
     weight, change = weight[has_area], np.log(ratio[has_area])
     mean = weight @ change
-    stretch = _stretch_ratios(source.vertices[source.faces], result.vertices[source.faces])
+    stretch = stretch_ratios(source.vertices[source.faces], result.vertices[source.faces])
     return (
         float(np.sqrt(weight @ (change - mean) ** 2)),
         float(weight @ stretch[counted][has_area]),
     )
 
 
-def _stretch_ratios(source: Floats, result: Floats) -> Floats:
+def stretch_ratios(source: Floats, result: Floats) -> Floats:
     """Ratio of the singular values of the maps from triangles (m, 3, 3) to triangles.
 
     In the plane of complex numbers such a map is ``z -> alpha z + beta conj(z)``, with the singular

@@ -14,13 +14,15 @@ from henkei.errors import InvalidFile, InvalidInput
 from henkei.geometry.alignment import Similarity, aligned
 from henkei.geometry.correspondence import Correspondence, SurfacePoints
 from henkei.geometry.interpolation import Path, Time, between
+from henkei.io.scene import Mark, Scene
 from henkei.mesh import Floats, Mesh
 from henkei.register.quality import RegisterQuality
+from henkei.showing import Showing
 from henkei.topology import Ints
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Registration:
+class Registration(Showing):
     """A source mesh on a target's surface. Made by :func:`henkei.register`.
 
     correspondence : the source's faces, its vertices (a) and their places on the target (b).
@@ -63,6 +65,15 @@ class Registration:
     def __repr__(self) -> str:
         sizes = f"{len(self.correspondence.vertices_a)} vertices, {len(self.faces)} faces"
         return f"Registration({sizes}, {len(self.landmarks)} landmarks)"
+
+    def _scene_(self) -> Scene:
+        """The source in the shape of the target, with a slider back, and the landmarks."""
+        scene = self.correspondence._scene_()
+        (morph,) = scene.slides
+        marks = tuple(Mark(vertex, str(k)) for k, vertex in enumerate(self.landmarks.tolist()))
+        return replace(
+            scene, slides=(replace(morph, start=1.0, ends=("source", "target")),), marks=marks
+        )
 
     @property
     def faces(self) -> Ints:

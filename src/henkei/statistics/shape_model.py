@@ -12,8 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from henkei.errors import InvalidFile, InvalidInput
 from henkei.geometry.connectivity import shared
 from henkei.geometry.rotations import best_rotations
+from henkei.io.scene import Scene, Slide
 from henkei.mesh import Attributes, Floats, Mesh
 from henkei.progress import Progress, silent
+from henkei.showing import Showing
 from henkei.statistics import curves
 from henkei.statistics.colors import ramp
 from henkei.statistics.curves import Curve
@@ -21,6 +23,9 @@ from henkei.statistics.procrustes import centroid_sizes
 from henkei.topology import Ints
 
 SAMPLES = 1000  # random shapes that tell the specificity
+MOST_SLIDES = 5  # modes that can be tried in a view
+MOST_NUMBERS = 3_000_000  # of all of them
+SEEN = 0.005  # share of the variance from which on a mode is
 LEVELS = (0.9, 0.95, 0.99)  # shares of the variance whose modes are counted
 
 
@@ -51,7 +56,7 @@ class ModelQuality:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShapeModel:
+class ShapeModel(Showing):
     """The mean of aligned shapes and the modes in which they vary, most first.
 
     A shape is ``mean + sum score * deviation * mode``; scores are in standard deviations, so those
@@ -94,6 +99,18 @@ class ShapeModel:
             f"ShapeModel({len(self.names)} shapes, {len(self.variances)} modes, "
             f"{len(self.mean)} vertices)"
         )
+
+    def _scene_(self) -> Scene:
+        """The mean, with a slider of three standard deviations for each of the first modes."""
+        most = min(MOST_SLIDES, MOST_NUMBERS // max(self.mean.size, 1))
+        count = int(np.clip((self.shares >= SEEN).sum(), 1, max(1, most)))
+        moves = self.standard_deviations[:count, None, None] * self.modes[:count]
+        slides = tuple(
+            Slide(f"mode {k + 1} ({share:.0%})", move, -3.0, 3.0)
+            for k, (move, share) in enumerate(zip(moves, self.shares, strict=False))
+        )
+        scene = Scene.of(self.mesh, slides=slides)
+        return scene.coloured({"standard deviation": np.sqrt(self.vertex_variance)})
 
     @property
     def standard_deviations(self) -> Floats:

@@ -12,10 +12,11 @@ import numpy as np
 from henkei.errors import InvalidInput
 from henkei.mesh import Floats, Surface
 from henkei.recipes.combine import CombineRecipe
+from henkei.recipes.pairs import Pair
 from henkei.studio.disks import REPAIRS, Disks, Kind, Repair, Side
 from henkei.studio.services import Services
 from henkei.studio.tabs.base import Product
-from henkei.studio.tasks.combine import MOST_TURNED
+from henkei.studio.turning import MOST_TURNED
 from henkei.workflows.morph_by_recipe import swept, way_of
 
 if TYPE_CHECKING:
@@ -36,13 +37,16 @@ def described(state: CombineState, disks: Disks | None, services: Services) -> d
     if disks is None:
         return view | {"next": _begin(chosen)}
     trouble = disks.trouble(state.recipe)
+    advice = disks.advice(state.recipe) if trouble is None else None
     view |= {
         "sides": {side.name: _side(side) for side in disks.sides},
         "pairs": _rows(disks, "pairs", state.recipe),
         "landmarks": _rows(disks, "landmarks", state.recipe),
         "trouble": None if trouble is None else asdict(trouble),
         "ready": trouble is None,
+        "advice": None if advice is None else asdict(advice),
         "turnable": MOST_TURNED,
+        "snaps": any(map(_of_points, (state.recipe.pairs, state.recipe.landmarks))),
     }
     if state.result is not None:
         view["result"] = _made(state, state.result, services)
@@ -51,6 +55,10 @@ def described(state: CombineState, disks: Disks | None, services: Services) -> d
 
 def _rows(disks: Disks, kind: Kind, recipe: CombineRecipe) -> list[dict[str, int]]:
     return [{"a": a, "b": b} for a, b in disks.vertices(kind, recipe).tolist()]
+
+
+def _of_points(pairs: str | tuple[Pair, ...]) -> bool:
+    return bool(pairs) and not isinstance(pairs, str) and not isinstance(pairs[0][0], int)
 
 
 def _side(side: Side) -> dict[str, Any]:
@@ -99,7 +107,8 @@ def shape_at(state: CombineState, at: str, services: Services) -> Product:
         raise InvalidInput(f"a time from 0 to 1 names a shape, not {at[:40]!r}") from None
     services.progress("making the shape", 0.0)
     result = services.blobs.result(state.result.result)
-    shape = result.at(time, **way_of(state.recipe.morph, result))
+    way = way_of(state.recipe.morph, result)
+    shape = result.at(time, path=way["path_kind"], time=way["time"], delay=way["delay"])
     a, b = (Path(services.entry(mesh).name).stem for mesh in (state.a, state.b))
     told = f"the combined mesh of both at time {time:.3g}"
     return _product(shape, f"{a} to {b}, {time:.3g}", told, services)

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from fnmatch import fnmatchcase
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel
 
 from henkei.deform.symmetry import Symmetry as Reflection
 from henkei.errors import InvalidInput
 from henkei.mesh import Surface
 from henkei.recipes.deform import Feature, Symmetry
-from henkei.recipes.regions import File, Found, Region, Vertices, Without
+from henkei.recipes.regions import Found, Region, Vertices, Without
 from henkei.studio.deform_state import REGION_KINDS, DeformState, RegionKind, regions_of
 from henkei.studio.services import Services
 from henkei.workflows.regions import Regions
@@ -106,29 +104,3 @@ def mirrored(surface: Surface, axis: Literal["x", "y", "z"], at: float | None) -
         a, b, c = normal.tolist()
         return Symmetry(point=(x, y, z), normal=(a, b, c))
     raise problem
-
-
-def require_no_files(part: BaseModel) -> None:
-    """Refuse regions that are read from files: these are not where the page is.
-
-    Raises
-    ------
-    InvalidInput : there is one.
-    """
-    for one in _within(part):
-        if isinstance(one, File):
-            raise InvalidInput(
-                f"the region is in another file, {one.file!r}; write its numbers into the recipe, "
-                'as {"vertices": [3, 4, 5]}'
-            )
-
-
-def _within(part: Any) -> Iterator[Any]:
-    """All pieces of a recipe that may be or have regions."""
-    yield part
-    if isinstance(part, BaseModel) and not isinstance(part, Vertices):
-        for value in vars(part).values():
-            yield from _within(value)
-    elif isinstance(part, tuple):
-        for value in part:
-            yield from _within(value)

@@ -78,7 +78,8 @@ class Engine:
 
     def settle(self) -> None:
         """The drag is over: what comes is solved."""
-        self._drag = self._solved = None
+        if self._drag is not None:
+            self._drag = self._solved = None
 
     def _prepare(self, recipe: DeformRecipe) -> None:
         """Factor the systems once; that they cannot be is said again without trying again."""

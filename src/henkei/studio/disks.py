@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
 
 from henkei.combine.boundary import (
     Boundary,
@@ -19,6 +20,7 @@ from henkei.combine.boundary import (
 )
 from henkei.combine.surfaces import Disk
 from henkei.errors import HenkeiError, InvalidInput
+from henkei.geometry.alignment import similarity
 from henkei.geometry.repair import (
     largest_component,
     oriented,
@@ -34,8 +36,11 @@ from henkei.workflows.combine_by_recipe import pair_array
 
 Kind = Literal["pairs", "landmarks"]
 Repair = Literal["weld", "oriented", "largest_component", "without_degenerate_faces"]
-Fix = Literal["fill_holes", "flip_b", "propose"] | Repair
+Fix = Literal["fill_holes", "flip_b", "propose", "align"] | Repair
 FEWEST = 3  # pairs
+MUCH_LARGER = 1.3  # from which factor on it is told that one surface is larger
+MUCH_TURNED = 30.0  # degrees
+FAR = 0.5  # of a's diagonal, between the middles of both
 REPAIRS: dict[Repair, tuple[Callable[[Surface], Surface], str]] = {
     "weld": (weld, "welded"),
     "oriented": (oriented, "turned"),
@@ -213,6 +218,31 @@ class Disks:
         except InvalidInput as error:
             return _of_pairs(str(error))
         return None
+
+    def advice(self, recipe: CombineRecipe) -> Trouble | None:
+        """That b should be aligned, where it lies so that mainly its place would change."""
+        if recipe.align or self.boundaries is None:
+            return None
+        pairs = self.vertices("pairs", recipe)
+        ends = [side.mesh.vertices[pairs[:, i]] for i, side in enumerate(self.sides)]
+        onto = similarity(ends[1], ends[0])
+        turn = float(np.degrees(np.linalg.norm(Rotation.from_matrix(onto.rotation).as_rotvec())))
+        apart = float(np.linalg.norm(ends[1].mean(axis=0) - ends[0].mean(axis=0)))
+        told = []
+        if onto.scale > MUCH_LARGER:
+            told.append(f"is {onto.scale:.3g} times smaller than a")
+        elif 0 < onto.scale < 1 / MUCH_LARGER:
+            told.append(f"is {1 / onto.scale:.3g} times larger than a")
+        if turn > MUCH_TURNED:
+            told.append(f"is turned by {turn:.0f} degrees")
+        if apart > FAR * self.a.mesh.diagonal:
+            told.append("lies elsewhere")
+        if not told:
+            return None
+        return Trouble(
+            f"b {' and '.join(told)}: align it, so that only the form changes in the morph",
+            ("align",),
+        )
 
     def _too_few(self, recipe: CombineRecipe) -> Trouble | None:
         count = len(recipe.pairs)

@@ -141,5 +141,9 @@ EXAMPLES = (
         "head", "A head from a cage", "design", "Points and curves at four levels.",
         lambda: _designed("head"),
     ),
+    Example(
+        "torus", "A torus with knobs", "design", "Eight pins; try gamma.",
+        lambda: _designed("torus"),
+    ),
     Example("pig", "A pig from a cage", "design", "Snout and smile by curves.", lambda: _designed("pig")),
 )  # fmt: skip

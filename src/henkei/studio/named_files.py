@@ -9,7 +9,7 @@ from typing import Any
 from henkei.errors import InvalidInput, some
 from henkei.recipes.recipe import Recipe
 from henkei.recipes.regions import File
-from henkei.recipes.register import RegisterRecipe, is_mediator_file
+from henkei.recipes.register import RegisterRecipe
 from henkei.workflows.vertex_values import is_value_file
 
 
@@ -31,9 +31,7 @@ def require_no_files(recipe: Recipe, name: str) -> None:
 def _files(part: Any) -> Iterator[str]:
     if isinstance(part, File):
         yield part.file
-    elif isinstance(part, RegisterRecipe):
-        if is_mediator_file(part.mediator):
-            yield part.mediator
+    elif isinstance(part, RegisterRecipe):  # a mediator's file is a mesh that is to be open
         yield from filter(is_value_file, part.regions or ())
     elif isinstance(part, Recipe) and is_value_file(getattr(part, "density", None) or ""):
         yield PurePath(part.density).name  # type: ignore[attr-defined]

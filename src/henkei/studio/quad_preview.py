@@ -39,6 +39,7 @@ class Preview:
         self.surface = surface
         self.mesh = wound.mesh
         self.area = float(self.mesh.face_areas.sum())
+        self.border = int((self.mesh.topology.twin < 0).sum())
         self.large = self.mesh.face_count > MANY_FACES
 
     @property

@@ -25,13 +25,10 @@ def described(state: QuadState, services: Services) -> dict[str, Any]:
     entry = services.entry(state.mesh)
     view: dict[str, Any] = {
         "surfaces": {"input": {"data": services.drawn(entry.surface)}},
-        "warnings": [],
     }
     if state.result is not None:
-        current = state.made is not None
         view["surfaces"]["quads"] = {"data": state.result.quads}
-        view["result"] = told_of(state.result) | {"current": current}
-        view["warnings"] = warnings(state.result.quality) if current else []
+        view["result"] = told_of(state.result) | {"current": state.made is not None}
     if state.cage is not None:
         view["surfaces"]["cage"] = {"data": state.cage.cage}
     try:
@@ -40,10 +37,10 @@ def described(state: QuadState, services: Services) -> dict[str, Any]:
         if state.recipe.symmetry is not None and not preview.large:
             asked = ("quad", "symmetry", entry.surface, state.recipe.symmetry)
             refusal = services.remembered(asked, lambda: _asymmetry(preview, state.recipe))
-            view |= {"problem": refusal} if refusal else {}
+            view |= {"trouble": refusal} if refusal else {}
     except HenkeiError as error:
-        view["problem"] = str(error)
-    return view | {"next": _next(state, "problem" in view)}
+        view["trouble"] = str(error)
+    return view | {"next": _next(state, "trouble" in view)}
 
 
 # What is wished
@@ -52,10 +49,11 @@ def described(state: QuadState, services: Services) -> dict[str, Any]:
 def wish(preview: Preview, recipe: QuadRecipe, blob: str, services: Services) -> dict[str, Any]:
     """What is known before the quads are made.
 
-    ``area`` of the surface; ``densities``, the attributes that can be one; ``lines``, a blob with
-    the edges that will be kept, see :meth:`henkei.studio.quad_preview.Preview.lines`; ``sizes``,
-    a blob with the edge length at each vertex, if these differ; ``plane`` of symmetry. The last
-    three are left out where the surface is ``large``.
+    ``area`` of the surface; how many edges are on its ``border``; ``densities``, the attributes
+    that can be one; ``lines``, a blob with the edges that will be kept, see
+    :meth:`henkei.studio.quad_preview.Preview.lines`; ``sizes``, a blob with the edge length at each
+    vertex, if these differ; ``plane`` of symmetry. The last three are left out where the surface is
+    ``large``.
 
     Raises
     ------
@@ -63,6 +61,7 @@ def wish(preview: Preview, recipe: QuadRecipe, blob: str, services: Services) ->
     """
     told: dict[str, Any] = {
         "area": preview.area,
+        "border": preview.border,
         "densities": preview.densities,
         "large": preview.large,
     }
@@ -99,9 +98,9 @@ def _asymmetry(preview: Preview, recipe: QuadRecipe) -> str | None:
     return None
 
 
-def _next(state: QuadState, problem: bool) -> str:
+def _next(state: QuadState, trouble: bool) -> str:
     """What to do now, in a sentence."""
-    if problem:
+    if trouble:
         return ""
     if state.result is None:
         return "Choose how many quads there should be, then make them."
@@ -122,6 +121,8 @@ def told_of(result: Made) -> dict[str, Any]:
             for kind, count in zip(KINDS, result.irregular, strict=True)
         ],
         "figures": figures(result.quality, result.wished),
+        "warnings": warnings(result.quality),
+        "worst": result.quality.worst_scaled_jacobian,
     }
 
 
@@ -148,9 +149,9 @@ def figures(quality: QuadQuality, wished: int | None) -> list[dict[str, Any]]:
         ),
         _row("Folded quads", q.inverted, "a corner is turned inside out", q.inverted > 0),
         _row("Flipped quads", q.flipped, "they face against the surface", q.flipped > 0),
-        _percent("Farthest from the input", q.distance_to_input, "of the quads"),
-        _percent("Farthest from the quads", q.distance_from_input, "of the input"),
-        _percent("Mean distance", q.mean_distance, "of both"),
+        _percent("Quads off the input", q.distance_to_input, "at most"),
+        _percent("Input off the quads", q.distance_from_input, "at most"),
+        _percent("Mean distance", q.mean_distance, "both ways"),
     ]
     if q.asymmetry:
         rows.append(_percent("Input off its mirror image", q.asymmetry, "at most"))

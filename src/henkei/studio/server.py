@@ -263,11 +263,13 @@ def listening(host: str, port: int | None) -> socket.socket:
     ports = range(PORT, PORT + PORTS) if port is None else (port,)
     host = host.strip("[]")
     try:
-        family, *_, address = socket.getaddrinfo(host, ports[0], type=socket.SOCK_STREAM)[0]
+        options = socket.getaddrinfo(host, ports[0], type=socket.SOCK_STREAM)
     except (OSError, UnicodeError, OverflowError) as error:
         raise InvalidInput(f"--host {host}: this is no address of this machine ({error})") from None
+    family, kind, protocol, _, address = options[0]
     for number in ports:
-        found = socket.socket(family, socket.SOCK_STREAM)
+        # asyncio sends small messages at once only where the protocol is told
+        found = socket.socket(family, kind, protocol)
         try:
             _prepare(found)
             found.bind((address[0], number, *address[2:]))

@@ -292,7 +292,7 @@ class Session:
     def _hello(self, client: Client, message: Message) -> None:
         wanted = message.header.get("session")
         known = {offer.id for offer in self._sessions.offers()}
-        if wanted in known and not self._now.meshes:
+        if isinstance(wanted, str) and wanted in known and not self._now.meshes:
             self._switch(self._sessions.open(wanted))
         else:
             self._pages.add(client)
@@ -359,10 +359,14 @@ class Session:
         self._publish()
 
     def _start(self, tab: str, action: LongAction[Any], state: Any) -> None:
-        """Begin long work; when it is done, its result goes into the state as it is then."""
+        """Begin long work; when it is done, its result goes into the state as it is then.
+
+        Unless other meshes were chosen meanwhile; the id of one that was closed is used again.
+        """
+        begun_with = self._surfaces(tab)
 
         def ended(outcome: Outcome) -> None:
-            if isinstance(outcome, Done):
+            if isinstance(outcome, Done) and self._surfaces(tab) == begun_with:
                 committed = self._kept.history.committed
                 state = action.finished(committed.tab(tab), outcome.result)
                 self._change(committed.with_tab(tab, state), action.label, tab)
@@ -371,6 +375,12 @@ class Session:
 
         work = action.work(state, self._services)
         self._works.start(tab, work, ended, self._pages.show_surface)
+
+    def _surfaces(self, tab: str) -> list[str | None]:
+        """The blobs of the meshes in a tab's slots."""
+        committed = self._kept.history.committed
+        known = {entry.id: entry.surface for entry in committed.meshes}
+        return [known.get(mesh or "") for mesh in committed.tab(tab).meshes.values()]
 
     def _cancel(self, client: Client, message: Message) -> None:
         self._works.cancel(str(message.header.get("job")))

@@ -35,13 +35,14 @@ class Works:
         self._post, self._tell = post, tell
         self._jobs = Jobs(blobs)
         self._downloads = Downloads(folder / "downloads" / secrets.token_hex(8))
-        self._titles: dict[str, str] = {}  # of the work for the document that is open
+        self._started: dict[str, tuple[str, str]] = {}  # tab and title, for the open document
 
     @property
     def listed(self) -> list[dict[str, Any]]:
         """The work that goes on, for pages that come."""
         return [
-            {"job": job, "title": title, "cancellable": True} for job, title in self._titles.items()
+            {"job": job, "tab": tab, "title": title, "cancellable": True}
+            for job, (tab, title) in self._started.items()
         ]
 
     def start(self, tab: str, work: Work, ended: Ended, show: Show) -> None:
@@ -57,14 +58,14 @@ class Works:
             self._post(lambda: shown(job, header, arrays["positions"]))
 
         def shown(job: str, header: dict[str, Any], positions: NDArray[Any]) -> None:
-            if job in self._titles:
+            if job in self._started:
                 show({"exact": False, **header, "tab": tab}, positions)
 
         def over(job: str, outcome: Outcome) -> None:
             self._post(lambda: finished(job, outcome))
 
         def finished(job: str, outcome: Outcome) -> None:
-            if self._titles.pop(job, None) is None:
+            if self._started.pop(job, None) is None:
                 return
             for warning in outcome.warnings if isinstance(outcome, Done) else ():
                 self._tell({"kind": "notice", "level": "warning", "message": warning})
@@ -78,7 +79,7 @@ class Works:
             on_snapshot=snapshot,
             on_end=over,
         )
-        self._titles[job] = work.title
+        self._started[job] = tab, work.title
 
     def read(self, path: Path, name: str, ended: Ended, *, alone: bool) -> None:
         """Read a mesh file in a restricted process; see :func:`henkei.studio.uploads.parse`."""
@@ -122,9 +123,9 @@ class Works:
 
     def abandon(self) -> None:
         """Another document is opened: nobody waits for what is computed."""
-        for job in list(self._titles):
+        for job in list(self._started):
             self._jobs.cancel(job)
-        self._titles.clear()
+        self._started.clear()
 
     def close(self) -> None:
         """End everything."""

@@ -29,6 +29,7 @@ def register_by_recipe(
     recipe: Any,
     *,
     folder: Path | None = None,
+    mediator: Any = None,
     progress: Progress = silent,
     watch: Watch | None = None,
 ) -> Registration:
@@ -40,6 +41,7 @@ def register_by_recipe(
     recipe : a :class:`henkei.recipes.register.RegisterRecipe`, its data as a dictionary, or its
         file.
     folder : that files which the recipe names are in; by default that of the recipe's file.
+    mediator : in place of the file that the recipe names, if that was read before.
     progress, watch : as :func:`henkei.register` takes them.
 
     Raises
@@ -52,7 +54,7 @@ def register_by_recipe(
     surfaces = surface_from(source), surface_from(target)
     return register(
         *surfaces,
-        mediator=mediator_of(chosen, place),
+        mediator=mediator_of(chosen, place) if mediator is None else mediator,
         landmarks=pair_array(chosen.landmarks),
         regions=_regions(chosen, surfaces, place),
         seed=chosen.seed,

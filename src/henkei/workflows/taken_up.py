@@ -17,11 +17,13 @@ from henkei.design.settings import MOST_LEVELS, checked_count
 from henkei.errors import InvalidFile, InvalidInput
 from henkei.geometry.correspondence import SurfacePoints, attribute_arrays, attributes_in
 from henkei.geometry.distance import ClosestPoints, points_on, sampled, used_vertices
+from henkei.io.scene import Scene
 from henkei.mesh import Attributes, Floats, Mesh, PolygonMesh
 from henkei.progress import Progress, part, silent
 from henkei.quad.relaxation import scaled_jacobians, split_quads
 from henkei.quad.surfaces import Wound
 from henkei.quad.wishes import checked_seed
+from henkei.showing import Showing
 from henkei.workflows.scan_levels import (
     LaidLevel,
     Mask,
@@ -65,7 +67,7 @@ class TakenUpQuality:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TakenUp:
+class TakenUp(Showing):
     """A scan as a coarse cage with details. Made by :func:`take_up`.
 
     scan : its triangles.
@@ -80,6 +82,10 @@ class TakenUp:
     off_scan: NDArray[np.intp]
     quality: TakenUpQuality
     _solved: dict[str, tuple[object, Any]] = field(default_factory=dict, init=False)
+
+    def _scene_(self) -> Scene:
+        """The quads on the scan, with the scan's values as colours."""
+        return Scene.of(self.carried(self.surface))
 
     @property
     def levels(self) -> int:

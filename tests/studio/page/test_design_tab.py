@@ -97,6 +97,14 @@ def test_a_pin_is_set_dragged_typed_and_removed(page: Driven, tmp_path: Path) ->
     assert abs(np.subtract(moved["to"], pin["to"]) @ ahead) < 1e-6 * np.linalg.norm(ahead)
     assert_drawn(page, cage)
 
+    page.drag(way(mark(page, "at pin 1"), (0.0, 60.0)), release=False)
+    page.until(lambda: np.abs(page.positions(SURFACE) - by_recipe(page, cage)).max() > 0.1)
+    page.press("Escape")  # taken back
+    page.page.mouse.up()
+    page.settle()
+    assert page.recipe("design")["pins"] == [moved]
+    assert_drawn(page, cage)
+
     grip, along = page.grasp("x")
     page.drag(way(grip, (along[0] / 2, along[1] / 2)))
     (pulled,) = page.recipe("design")["pins"]

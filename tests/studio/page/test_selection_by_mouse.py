@@ -11,16 +11,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
-from data import real
-from driven import Driven
 from numpy.typing import NDArray
 
 import henkei as hk
-from henkei.shapes import bumper, head
+from data import real
+from driven import Driven
+from henkei.shapes import bumper, bumper_parts, head, icosphere
 
 Floats = NDArray[np.float64]
 Way = list[tuple[float, float]]
+
+CELL = 16  # pixels
 
 
 @dataclass
@@ -66,11 +67,22 @@ class Oracle:
         self.pixels = self.eye.pixels(self.points)
         corners = self.pixels[self.triangles]
         self.low, self.high = corners.min(axis=1), corners.max(axis=1)
+        self.cells: dict[tuple[int, int], list[int]] = {}
+        low, high = (np.floor(end / CELL).astype(int).tolist() for end in (self.low, self.high))
+        for triangle, ((left, top), (right, bottom)) in enumerate(zip(low, high, strict=True)):
+            for x in range(left, right + 1):
+                for y in range(top, bottom + 1):
+                    self.cells.setdefault((x, y), []).append(triangle)
+
+    def near(self, x: float, y: float) -> NDArray[np.int64]:
+        """The triangles that may be seen at a pixel."""
+        found = self.cells.get((int(np.floor(x / CELL)), int(np.floor(y / CELL))), [])
+        return np.array(found, dtype=np.int64)
 
     def clicked(self, x: float, y: float) -> int | None:
         """The corner nearest to a pixel, of the first triangle behind it; None for none."""
-        near = np.flatnonzero(((self.low <= (x, y)) & (self.high >= (x, y))).all(axis=1))
-        distance = self._met(near, self.eye.position, self.eye.ray(x, y))
+        near = self.near(x, y)
+        distance = self._met(near, self.eye.ray(x, y))
         if not np.isfinite(distance).any():
             return None
         corners = self.triangles[near[np.argmin(distance)]]
@@ -80,27 +92,33 @@ class Oracle:
         """The visible vertices that a closed way goes around."""
         used = np.unique(self.triangles)
         enclosed = used[winding(np.array(way), self.pixels[used]) != 0]
-        return np.array([v for v in enclosed if not self.hides(int(v))], dtype=np.int64)
+        return enclosed[~self.hidden(enclosed)]
 
-    def hides(self, vertex: int) -> bool:
-        """Whether a triangle is between the eye and a vertex that it does not have."""
-        pixel, point = self.pixels[vertex], self.points[vertex]
-        over = ((self.low <= pixel) & (self.high >= pixel)).all(axis=1)
-        near = np.flatnonzero(over & (self.triangles != vertex).all(axis=1))
-        distance = self._met(near, self.eye.position, point - self.eye.position)
-        return bool((distance < 1 - 1e-9).any())
+    def hidden(self, vertices: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Whether a triangle that they do not have is between the eye and vertices (k,)."""
+        near = [self.near(x, y) for x, y in self.pixels[vertices].tolist()]
+        row = np.repeat(np.arange(len(vertices)), [len(some) for some in near])
+        triangle = np.concatenate([np.empty(0, np.int64), *near])
+        apart = (self.triangles[triangle] != vertices[row, None]).all(axis=1)
+        row, triangle = row[apart], triangle[apart]
+        toward = self.points[vertices[row]] - self.eye.position
+        found = np.zeros(len(vertices), dtype=bool)
+        found[row[self._met(triangle, toward) < 1 - 1e-9]] = True
+        return found
 
-    def _met(self, near: NDArray[np.int64], origin: Floats, direction: Floats) -> Floats:
-        """How far along a ray each triangle is met, infinity for not; after Moeller, Trumbore."""
+    def _met(self, near: NDArray[np.int64], direction: Floats) -> Floats:
+        """How far along a ray from the eye each triangle is, infinity if it is not met.
+
+        After Moeller and Trumbore; there is one ray (3,), or one for each triangle.
+        """
         a, b, c = (self.points[self.triangles[near, k]] for k in range(3))
-        u_axis, v_axis = b - a, c - a
-        normal = np.cross(np.broadcast_to(direction, v_axis.shape), v_axis)
+        u_axis, v_axis, to = b - a, c - a, self.eye.position - a
+        direction = np.broadcast_to(direction, a.shape)
+        normal, across = np.cross(direction, v_axis), np.cross(to, u_axis)
         volume = (u_axis * normal).sum(axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
-            to = origin - a
             u = (to * normal).sum(axis=1) / volume
-            across = np.cross(to, u_axis)
-            v = (across @ direction) / volume
+            v = (across * direction).sum(axis=1) / volume
             distance = (v_axis * across).sum(axis=1) / volume
         met = (volume != 0) & (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
         return np.where(met, distance, np.inf)
@@ -196,27 +214,26 @@ def try_clicks(page: Driven, oracle: Oracle, rng: np.random.Generator, count: in
         vertex = oracle.clicked(x, y)
         if vertex is None:
             continue  # beside the surface, a click means the nearest vertex that is seen
-        page.click(x, y)
+        page.page.mouse.click(x, y)
         wanted ^= {vertex}
         done += 1
         if done % 10 == 0:
+            page.settle()
             assert selection(page).tolist() == sorted(wanted)
+    page.settle()
     assert selection(page).tolist() == sorted(wanted)
 
 
-@pytest.mark.parametrize(("rectangles", "lassos", "clicks"), [(10, 10, 100)])
-def test_all_of_it_on_a_bumper(
-    page: Driven, tmp_path: Path, rectangles: int, lassos: int, clicks: int
-) -> None:
+def test_all_of_it_on_a_bumper(page: Driven, tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     page.open_tab("Deform")
     page.open_mesh(bumper(), tmp_path / "bumper.obj")
     page.draw(False)
     turned(page, (60, 90))
     oracle = looked_at(page)
-    try_rectangles(page, oracle, rng, rectangles)
-    try_lassos(page, oracle, rng, lassos)
-    try_clicks(page, oracle, rng, clicks)
+    try_rectangles(page, oracle, rng, 10)
+    try_lassos(page, oracle, rng, 10)
+    try_clicks(page, oracle, rng, 100)
 
 
 def test_where_much_is_hidden(page: Driven, tmp_path: Path) -> None:
@@ -238,8 +255,8 @@ def test_on_a_scanned_face(page: Driven) -> None:
     page.draw(False)
     turned(page, (100, -30))
     oracle = looked_at(page)
-    try_rectangles(page, oracle, rng, 3)
-    try_lassos(page, oracle, rng, 3)
+    try_rectangles(page, oracle, rng, 2)
+    try_lassos(page, oracle, rng, 2)
     try_clicks(page, oracle, rng, 10)
 
 
@@ -268,12 +285,13 @@ def test_shift_adds_and_control_takes_away(page: Driven, tmp_path: Path) -> None
 
 def test_hidden_ones_are_selected_if_asked_for(page: Driven, tmp_path: Path) -> None:
     page.open_tab("Deform")
-    sphere = hk.shapes.sphere(3)
+    sphere = icosphere(3)
     page.open_mesh(sphere, tmp_path / "sphere.obj")
     page.draw(False)
     page.press("r")
-    left, top, width, height = page.stage_box()
-    corners = (left + 70, top + 10), (left + width - 10, top + height - 60)
+    pixels = looked_at(page).pixels
+    (left, top), (right, bottom) = pixels.min(axis=0).tolist(), pixels.max(axis=0).tolist()
+    corners = (left - 3, top - 3), (right + 3, bottom + 3)
     page.rectangle(*corners)
     assert 0 < len(selection(page)) < 0.6 * len(sphere.vertices)
     page.page.get_by_role("switch", name="Hidden ones too").click()
@@ -286,7 +304,7 @@ def test_a_brush_selects_what_it_touches(page: Driven, tmp_path: Path) -> None:
     page.open_mesh(bumper(2000), tmp_path / "bumper.obj")
     page.draw(False)
     oracle = looked_at(page)
-    x, y = np.rint(oracle.pixels[hk.shapes.bumper_parts(2000)["handle"]].mean(axis=0)).tolist()
+    x, y = np.rint(oracle.pixels[bumper_parts(2000)["handle"]].mean(axis=0)).tolist()
     page.press("b")
     page.drag([(x, y), (x + 5, y)])
     small = selection(page)

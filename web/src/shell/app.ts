@@ -125,8 +125,10 @@ export class App implements Studio, Listener {
   }
 
   onProgress(job: Job): void {
+    const begins = this.jobs.every((one) => one.job !== job.job);
     this.noteJob(job);
-    this.redraw();
+    if (begins) this.changed();
+    else this.redraw();
   }
 
   private noteJob(job: Job): void {
@@ -141,7 +143,7 @@ export class App implements Studio, Listener {
     this.endings.note(ended);
     if (ended.outcome !== "done" && ended.outcome !== "cancelled" && ended.message)
       this.notify("error", ended.message);
-    this.redraw();
+    this.changed();
   }
 
   onNotice(level: Level, message: string): void {
@@ -305,7 +307,9 @@ export class App implements Studio, Listener {
   }
 
   async upload(files: Iterable<File>): Promise<string[]> {
-    const opened = await Promise.all([...files].map((file) => this.uploadOne(file)));
+    const given = [...files];
+    const left = (await this.tab.receive?.(this, given)) ?? given;
+    const opened = await Promise.all(left.map((file) => this.uploadOne(file)));
     const meshes = opened.filter((mesh) => mesh !== null);
     if (meshes.length > 0) {
       if (this.overlay === "start") this.show(null);

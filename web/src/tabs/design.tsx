@@ -303,7 +303,10 @@ function gizmo(studio: Studio): void {
     { position },
     {
       onChange: ({ translation }) => to(translation),
-      onEnd: () => void held?.end(),
+      onEnd: () => {
+        void held?.end();
+        studio.changed(); // where it was cancelled, the arrows go back now
+      },
     },
   );
 }

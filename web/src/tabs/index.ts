@@ -5,12 +5,12 @@ import { combine } from "./combine.tsx";
 import { deform } from "./deform.tsx";
 import { design } from "./design.tsx";
 import { quad } from "./quad.tsx";
-import { stub } from "./stub.tsx";
+import { register } from "./register.tsx";
 import type { AnyTab } from "./tab.ts";
 
 export const tabs: readonly AnyTab[] = [
   combine,
-  stub("register", "Register", "One mesh takes on the form of another.", 2),
+  register,
   deform,
   quad,
   design,

@@ -2,7 +2,7 @@
 
 import { page, type Sight } from "./quad/page.ts";
 import { Panel } from "./quad/panel.tsx";
-import { scene } from "./quad/scene.ts";
+import { inspect, scene } from "./quad/scene.ts";
 import type { QuadState, QuadView } from "./quad/types.ts";
 import type { Shortcut, Tab } from "./tab.ts";
 
@@ -57,7 +57,8 @@ export const quad: Tab<QuadState, QuadView> = {
       event.key.toLowerCase() === "c" && page.compare(false);
     addEventListener("keyup", released, { signal });
     addEventListener("blur", () => page.compare(false), { signal });
-    return [() => ended.abort()];
+    const hover = studio.viewports[0]!.on("hover", (hit) => inspect(studio, hit));
+    return [() => ended.abort(), hover];
   },
   use: (studio, mesh) => void studio.do("quad", "use", { slot: "mesh", mesh }),
 };

@@ -69,6 +69,8 @@ export interface Tab<S = unknown, V extends View = View> {
   basis?(message: Message<BasisHeader>, studio: Studio): void;
   /** A mesh was chosen on the shelf, to be worked on here. */
   use?(studio: Studio, mesh: string): void;
+  /** Files were dropped, or chosen: takes those that are its own, and leaves the others. */
+  receive?(studio: Studio, files: readonly File[]): Promise<readonly File[]>;
   /** A tool was taken in hand. */
   tool?(studio: Studio, tool: Tool): void;
   /** Escape was pressed, and there was nothing above the page to close: true if it was used. */

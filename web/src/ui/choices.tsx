@@ -23,6 +23,7 @@ type ChoiceProps<V extends string> = {
 
 const mostSegments = 4;
 const longestSegments = 26; // characters
+const mostBeside = 180; // pixels of segments that stand beside their label, not below it
 
 /** One of a few. */
 export function Choice<V extends string>(props: ChoiceProps<V>) {
@@ -36,8 +37,9 @@ function Segments<V extends string>(props: ChoiceProps<V>) {
   const { label, value, options, onChange, disabled, hint } = props;
   const held = useHeld(value);
   const name = useId();
+  const width = options.reduce((sum, option) => sum + 16 + 7 * option.label.length, 0);
   return (
-    <div class="field" title={hint}>
+    <div class={`field${width > mostBeside ? " stacked" : ""}`} title={hint}>
       <span class="label" id={`${name}-label`}>
         {label}
       </span>

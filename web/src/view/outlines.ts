@@ -3,8 +3,11 @@
 import { cross, dot, pointAt, subtract } from "../viewer/vectors.ts";
 import type { Point } from "../viewer/index.ts";
 
-/** Of a crease; fewer that hang together are noise of a scan. */
+/** Edges of a crease, at least. */
 const FEWEST = 8;
+
+/** Length of a crease that does not close, at least; the surface's bounding box has diagonal 2. */
+const LONG = 0.4;
 
 /** Triangles from which on only boundaries are creases, to be quick. */
 const MANY = 400_000;
@@ -13,7 +16,7 @@ const MANY = 400_000;
  * Edges (e, 2) of the faces, without the diagonals of polygons; and those on the boundary or
  * between faces that fold.
  *
- * @param positions (n, 3)
+ * @param positions (n, 3), normalised
  * @param triangles (t, 3)
  * @param face (t,) polygon of each triangle; undefined if triangles are the faces
  * @param fold degrees between two faces from which on they fold
@@ -36,7 +39,7 @@ export function outlines(
   const sharp: number[] = [];
   let size = 0;
   for (let vertex = 0; vertex < count; vertex++) {
-    for (let i = start[vertex]!, end = start[vertex + 1]!; i < end; ) {
+    for (let i = start[vertex]!, end = start[vertex + 1]!; i < end;) {
       const other = Math.floor(keys[i]! / total);
       let next = i + 1;
       while (next < end && Math.floor(keys[next]! / total) === other) next += 1;
@@ -50,7 +53,7 @@ export function outlines(
       else if (normals && folded(normals, p, q, least)) sharp.push(vertex, other);
     }
   }
-  const creases = Uint32Array.from(border.concat(long(sharp, count)));
+  const creases = Uint32Array.from(border.concat(lasting(sharp, positions)));
   return { edges: edges.slice(0, size), creases };
 }
 
@@ -102,15 +105,32 @@ function folded(normals: Float32Array, p: number, q: number, least: number): boo
   return dot(a, a) > 0 && dot(b, b) > 0 && dot(a, b) < least;
 }
 
-/** Those of some edges that hang together in some number. */
-function long(edges: number[], count: number): number[] {
+/**
+ * Those of some edges that hang together in some number, and either close or are long: others are
+ * noise of a scan.
+ */
+function lasting(edges: number[], positions: Float32Array): number[] {
+  const count = positions.length / 3;
   const root = Uint32Array.from({ length: count }, (_, vertex) => vertex);
   const find = (vertex: number): number => {
     while (root[vertex] !== vertex) vertex = root[vertex] = root[root[vertex]!]!;
     return vertex;
   };
-  for (let i = 0; i < edges.length; i += 2) root[find(edges[i]!)] = find(edges[i + 1]!);
+  const closed = new Uint8Array(count);
+  for (let i = 0; i < edges.length; i += 2) {
+    const [a, b] = [find(edges[i]!), find(edges[i + 1]!)];
+    root[a] = b;
+    closed[b]! |= closed[a]! | Number(a === b);
+  }
   const sizes = new Uint32Array(count);
-  for (let i = 0; i < edges.length; i += 2) sizes[find(edges[i]!)]! += 1;
-  return edges.filter((vertex) => sizes[find(vertex)]! >= FEWEST);
+  const lengths = new Float64Array(count);
+  for (let i = 0; i < edges.length; i += 2) {
+    const whole = find(edges[i]!);
+    const way = subtract(pointAt(positions, edges[i]!), pointAt(positions, edges[i + 1]!));
+    sizes[whole]! += 1;
+    lengths[whole]! += Math.sqrt(dot(way, way));
+  }
+  const lasts = (whole: number) =>
+    sizes[whole]! >= FEWEST && (closed[whole] === 1 || lengths[whole]! >= LONG);
+  return edges.filter((vertex) => lasts(find(vertex)));
 }

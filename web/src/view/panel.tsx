@@ -13,7 +13,10 @@ export function Panel({ view }: { view: View }) {
   useEffect(() => view.subscribe(() => again(0)), [view]);
   return (
     <>
-      {view.scene.colourings.length > 0 && <Colours view={view} />}
+      <div class="view-head">
+        {view.scene.colourings.length > 0 && <Colours view={view} />}
+        <output>{view.under}</output>
+      </div>
       <Tools view={view} />
       {view.scene.slides.length > 0 && (
         <div class="view-slides" role="group" aria-label="Shape">
@@ -22,7 +25,6 @@ export function Panel({ view }: { view: View }) {
           ))}
         </div>
       )}
-      <output class="view-under">{view.under}</output>
     </>
   );
 }
@@ -31,7 +33,6 @@ function Colours({ view }: { view: View }) {
   const { colourings } = view.scene;
   return (
     <select
-      class="view-colours"
       aria-label="Colours"
       value={view.shown ?? ""}
       onChange={({ currentTarget: { value } }) => view.show(value === "" ? null : Number(value))}

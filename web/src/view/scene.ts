@@ -50,7 +50,7 @@ export interface Scene {
 /** An array of whole numbers: its rows, its columns, and bytes of each number as it is packed. */
 type Shape = [rows: number, columns: number, width: number];
 
-/** Of numbers that are `low + step * code`, by column; code -1 is none. */
+/** Of numbers that are `low + step * code`, by column. */
 interface Steps {
   low: number[];
   step: number;
@@ -68,6 +68,9 @@ type Header = Omit<Scene, "surface" | "colourings" | "slides"> & {
 /** Degrees between faces from which on their edge is a crease. */
 const CREASE = 40;
 
+/** Steps of rounding that are the height of a triangle whose direction says nothing. */
+const THIN = 8;
+
 /** Reads a scene. */
 export function sceneOf(bytes: ArrayBuffer): Scene {
   const length = new DataView(bytes).getUint32(0, true);
@@ -78,7 +81,12 @@ export function sceneOf(bytes: ArrayBuffer): Scene {
   const triangles = whole("triangles")!;
   const face = whole("face");
   const places = stepped(codes.positions!, positions);
-  const drawn = outlines(places, triangles, face, CREASE, 8 * positions.step);
+  const slides = header.slides.map((one, k) => ({
+    ...one,
+    move: stepped(codes[`slide ${k}`]!, one),
+  }));
+  const seen = slid(places, slides);
+  const drawn = outlines(seen, triangles, face, CREASE, THIN * positions.step);
   return {
     ...header,
     surface: {
@@ -92,10 +100,25 @@ export function sceneOf(bytes: ArrayBuffer): Scene {
     },
     colourings: header.colourings.map((one, k) => ({
       ...one,
-      values: stepped(codes[`colouring ${k}`]!, one),
+      values: valued(codes[`colouring ${k}`]!, one),
     })),
-    slides: header.slides.map((one, k) => ({ ...one, move: stepped(codes[`slide ${k}`]!, one) })),
+    slides,
   };
+}
+
+/** Positions (n, 3) with slides at these values; by default where they start. */
+export function slid(
+  positions: Float32Array,
+  slides: readonly Slide[],
+  values = slides.map(({ start }) => start),
+): Float32Array {
+  const moved = positions.slice();
+  slides.forEach(({ move }, k) => {
+    const value = values[k]!;
+    if (value === 0) return;
+    for (let i = 0; i < moved.length; i++) moved[i]! += value * move[i]!;
+  });
+  return moved;
 }
 
 /**
@@ -128,7 +151,15 @@ function codesOf(bytes: Uint8Array, shapes: Record<string, Shape>): Record<strin
 /** The numbers that codes stand for. */
 function stepped(codes: Int32Array, { low, step }: Steps): Float32Array {
   const columns = low.length;
-  return Float32Array.from(codes, (code, i) =>
-    code < 0 && columns === 1 ? NaN : low[i % columns]! + step * code,
-  );
+  const numbers = new Float32Array(codes.length);
+  for (let column = 0; column < columns; column++) {
+    const first = low[column]!;
+    for (let i = column; i < codes.length; i += columns) numbers[i] = first + step * codes[i]!;
+  }
+  return numbers;
+}
+
+/** The values that codes (k,) stand for; NaN for code -1. */
+function valued(codes: Int32Array, steps: Steps): Float32Array {
+  return stepped(codes, steps).map((value, i) => (codes[i] === -1 ? NaN : value));
 }

@@ -1,7 +1,7 @@
 /** A scene on the page: how it is seen now, and what is drawn of it. */
 
 import { category, Stage, type Anchor, type Hit, type View as Camera } from "../viewer/index.ts";
-import type { Colouring, Place, Scene } from "./scene.ts";
+import { slid, type Colouring, type Place, type Scene } from "./scene.ts";
 
 export type Theme = "light" | "dark";
 
@@ -37,10 +37,10 @@ export class View {
   private readonly listeners = new Set<() => void>();
   private readonly place = document.createElement("div");
 
-  /** @param parent filled by the picture */
+  /** @param parent where the picture is put */
   constructor(
     readonly scene: Scene,
-    private readonly parent: HTMLElement,
+    parent: HTMLElement,
   ) {
     this.shown = scene.shown;
     this.edges = scene.edges;
@@ -79,7 +79,7 @@ export class View {
   start(): void {
     if (this.stage) return;
     this.stage = new Stage(this.place);
-    this.parent.style.backgroundImage = "";
+    this.place.style.backgroundImage = "";
     const { scene } = this;
     const viewport = this.viewport!;
     this.stage.upward(scene.upward);
@@ -119,7 +119,7 @@ export class View {
     this.seen = this.viewport!.camera();
     stage.render();
     const canvas = this.place.querySelector("canvas")!;
-    this.parent.style.backgroundImage = `url(${canvas.toDataURL()})`;
+    this.place.style.backgroundImage = `url(${canvas.toDataURL()})`;
     stage.dispose();
     canvas.getContext("webgl2")?.getExtension("WEBGL_lose_context")?.loseContext();
     this.stage = null;
@@ -175,14 +175,8 @@ export class View {
   /** Brings the surface to where the slides are. */
   private bring(): void {
     const { slides, surface } = this.scene;
-    if (slides.length === 0 || !this.surface) return;
-    const positions = surface.positions.slice();
-    slides.forEach(({ move }, k) => {
-      const value = this.values[k]!;
-      if (value === 0) return;
-      for (let i = 0; i < positions.length; i++) positions[i]! += value * move[i]!;
-    });
-    this.surface.setPositions(positions);
+    if (slides.length === 0) return;
+    this.surface?.setPositions(slid(surface.positions, slides, this.values));
   }
 
   /** Lets a slide run to and fro. */
@@ -235,7 +229,9 @@ function valueOf({ kind, values, labels }: Colouring, index: number): string {
   if (kind === "rgb") return "";
   const value = values[index]!;
   if (Number.isNaN(value)) return "no value";
-  return labels.find((label) => label.value === value)?.name ?? String(Number(value.toPrecision(5)));
+  return (
+    labels.find((label) => label.value === value)?.name ?? String(Number(value.toPrecision(5)))
+  );
 }
 
 /** Colours of a surface, and their legend. */

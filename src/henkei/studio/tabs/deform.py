@@ -16,7 +16,7 @@ from henkei.mesh import Floats
 from henkei.recipes.deform import DeformRecipe, Feature, Fixed, Handle, Move, Pin, Symmetry
 from henkei.recipes.recipe import Index, Name, Number, Part, Point, Positive
 from henkei.recipes.regions import Found, Region
-from henkei.studio.deform_parts import expanded, free_of, meant, mirrored, require_no_files
+from henkei.studio.deform_parts import expanded, free_of, meant, mirrored
 from henkei.studio.deform_state import DeformState as DeformState
 from henkei.studio.deform_state import (
     Kind,
@@ -28,6 +28,7 @@ from henkei.studio.deform_state import (
 )
 from henkei.studio.deform_view import described
 from henkei.studio.deforming import Engine
+from henkei.studio.named_files import require_no_files
 from henkei.studio.selection import Mode, Outline, combined, inverted, outlined, shrunk
 from henkei.studio.services import Services
 from henkei.studio.tabs.base import Action, Basis, Flag, Tab, actions
@@ -76,7 +77,7 @@ class SelectRegion(Action[DeformState]):
     mode: Mode = "replace"
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
-        require_no_files(self.region)
+        require_no_files(DeformRecipe(fixed=(Fixed(region=self.region),)), "the region")
         chosen = regions_of(state, services).vertices(self.region)
         return state.selecting(combined(state.selection, chosen, self.mode))
 
@@ -313,7 +314,7 @@ class Load(Action[DeformState]):
     def apply(self, state: DeformState, services: Services) -> DeformState:
         services.entry(state.mesh)
         recipe = DeformRecipe.of(self.recipe)
-        require_no_files(recipe)
+        require_no_files(recipe, "the recipe")
         return checked(state.model_copy(update={"recipe": recipe}).named(), services)
 
 

@@ -41,6 +41,7 @@ class Made(Part):
     of: str
     result: BlobId
     surface: BlobId
+    about: str
     quads: BlobId
     details: BlobId
     quality: QuadQuality
@@ -62,6 +63,7 @@ class Cage(Part):
     """A cage that was made; see :func:`henkei.studio.tasks.quad.cage`."""
 
     surface: BlobId
+    about: str
     cage: BlobId
     vertices: Index
     faces: Index
@@ -185,7 +187,7 @@ class QuadTab(Tab[QuadState]):
         if made is None:
             return super().product(state, what, services)
         name = f"{services.entry(state.mesh).name} {what}"
-        return Product(made.surface, name, made.vertices, made.faces, "quads")
+        return Product(made.surface, name, made.vertices, made.faces, made.about)
 
 
 def digest(recipe: QuadRecipe) -> str:

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from henkei.combine import CombinedMesh
 from henkei.errors import InvalidInput
-from henkei.geometry.rotation_path import KNOTS, RotationAwarePath
 from henkei.mesh import Floats, Mesh
-from henkei.progress import Progress, part
+from henkei.progress import part
 from henkei.recipes.combine import CombineRecipe
 from henkei.studio.disks import Disks, Kind, Side
 from henkei.studio.drawables import normalised
+from henkei.studio.turning import MOST_TURNED, turning
 from henkei.topology import BOUNDARY
 from henkei.workflows.combine_by_recipe import combine_by_recipe
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from henkei.studio.worker import Report
 
 UNIT = 2.0**61  # of the common plane, per radius
-MOST_TURNED = 400_000  # vertices whose turning path the page can hold
 MOST_OF_IT = 0.9  # of the area, that the range of a heat map covers
 MOST_ATTRIBUTES = 24  # to colour by
 LEAST_GROWTH = 0.1  # that its range goes to, in powers of two
@@ -49,14 +48,15 @@ def run(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any]
     result = combine_by_recipe(a, b, recipe, progress=combining)
     disks = Disks(Side("a", "a", a, recipe), Side("b", "b", b, recipe))
     report.progress("keeping it", 0.3 if turns else 0.8)
-    turning = None
+    way = None
     if turns and len(result.vertices_a) <= MOST_TURNED:
-        turning = _turning(result, blobs, part(report.progress, 0.4, 1.0))
+        path_told = part(report.progress, 0.4, 1.0)
+        way = turning(result.correspondence, frame_of_both(result), blobs, path_told)
     return {
         "result": blobs.put_result(result),
         "shapes": _shapes(result, blobs),
         "plane": _plane(result, blobs),
-        "turning": turning,
+        "turning": way,
         "colours": _colours(result, blobs),
         "figures": figures(result, recipe),
         "meshes": request["meshes"],
@@ -79,7 +79,8 @@ def turn(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any
             f"{len(result.vertices_a):,} vertices are too many to turn while you look; up to "
             f"{MOST_TURNED:,} are shown. A morph that is exported can turn them all the same"
         )
-    return {"result": request["result"], "turning": _turning(result, blobs, report.progress)}
+    way = turning(result.correspondence, frame_of_both(result), blobs, report.progress)
+    return {"result": request["result"], "turning": way}
 
 
 def frame_of_both(result: CombinedMesh) -> tuple[Floats, float]:
@@ -127,19 +128,6 @@ def _plane(result: CombinedMesh, blobs: Blobs) -> str:
         edges_a=edges[result.edge_on_a >= 0],
         edges_b=edges[result.edge_on_b >= 0],
     )
-
-
-def _turning(result: CombinedMesh, blobs: Blobs, progress: Progress) -> str:
-    """Positions (KNOTS + 3, n, 3) of the turning path, from one knot before 0 to one after 1."""
-    progress("finding how the parts turn", 0.0)
-    path = RotationAwarePath(result.correspondence)
-    centre, scale = frame_of_both(result)
-    count = KNOTS + 3
-    knots = np.empty((count, len(result.vertices_a), 3), dtype=np.float32)
-    for i in range(count):
-        progress("turning", 0.4 + 0.6 * i / count)
-        knots[i] = normalised(path.positions((i - 1) / KNOTS), centre, scale)
-    return blobs.put_message({"kind": "turning"}, knots=knots)
 
 
 def _became(result: CombinedMesh, disks: Disks, kind: Kind, recipe: CombineRecipe) -> list[int]:

@@ -14,6 +14,7 @@ from henkei.progress import part
 from henkei.quad import QuadResult
 from henkei.quad.painting import patch_colors
 from henkei.studio.drawables import drawable
+from henkei.studio.tasks.read_file import about
 from henkei.workflows.quad_by_recipe import cage_by_recipe, quad_by_recipe
 from henkei.workflows.quad_picture import FEWER, MORE, OTHER, irregular_marks
 
@@ -28,10 +29,10 @@ KINDS = (FEWER, MORE, OTHER)
 def run(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any]:
     """Make quads of a ``surface`` as a ``recipe`` says.
 
-    Returns blobs: the ``result``; its mesh as a ``surface``; what is drawn of it, ``quads`` with
-    creases and boundaries as lines, and ``details``, see :func:`details`. Also its ``quality``; how
-    many were ``wished``; how many vertices of each of the :data:`KINDS` are ``irregular``; and of
-    the request ``mesh`` and ``of``.
+    Returns blobs: the ``result``; its mesh as a ``surface``, and what that is ``about``; what is
+    drawn of it, ``quads`` with creases and boundaries as lines, and ``details``, see
+    :func:`details`. Also its ``quality``; how many were ``wished``; how many vertices of each of
+    the :data:`KINDS` are ``irregular``; and of the request ``mesh`` and ``of``.
 
     Raises
     ------
@@ -47,6 +48,7 @@ def run(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any]
     return {
         "result": blobs.put_result(result),
         "surface": blobs.put_surface(result.mesh),
+        "about": about(result.mesh),
         "quads": blobs.put_message(header, **arrays),
         "details": blobs.put_message({"kind": "details"}, **shown),
         "quality": asdict(replace(result.quality, seconds={})),
@@ -91,8 +93,8 @@ def _arcs(mesh: PolygonMesh, patches: NDArray[np.integer]) -> NDArray[np.uint32]
 def cage(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any]:
     """Make a cage of few quads for a ``surface``, with what a ``recipe`` says of all but size.
 
-    Returns the blob of the cage's ``surface``; what is drawn of it, ``cage``; how many ``vertices``
-    and ``faces`` it has; and the ``mesh`` of the request.
+    Returns the blob of the cage's ``surface``, and what that is ``about``; what is drawn of it,
+    ``cage``; how many ``vertices`` and ``faces`` it has; and the ``mesh`` of the request.
 
     Raises
     ------
@@ -100,12 +102,14 @@ def cage(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any
     """
     surface = blobs.surface(request["surface"])
     made = cage_by_recipe(surface, request["recipe"], progress=report.progress)
+    bare = PolygonMesh(made.vertices, made.faces)
     header, arrays = drawable(made)
     sharp = np.flatnonzero(made.attributes.corner["crease"])
     ends = np.stack([made.indices[sharp], made.topology.target[sharp]], axis=1)
     arrays["creases"] = np.unique(np.sort(ends, axis=1), axis=0).astype(np.uint32)
     return {
-        "surface": blobs.put_surface(PolygonMesh(made.vertices, made.faces)),
+        "surface": blobs.put_surface(bare),
+        "about": about(bare),
         "cage": blobs.put_message(header, **arrays),
         "vertices": len(made.vertices),
         "faces": made.face_count,

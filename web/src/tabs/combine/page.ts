@@ -3,7 +3,7 @@
 import { keep, kept } from "../../shell/kept.ts";
 import type { Studio } from "../tab.ts";
 import { Pairing } from "../shared/pairing.ts";
-import { Player } from "./player.ts";
+import { Player } from "../shared/player.ts";
 import { type CombineView, type Kind, sideNames } from "./types.ts";
 
 export type Mode = "sides" | "plane" | "morph";

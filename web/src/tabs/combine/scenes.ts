@@ -10,7 +10,7 @@ import type {
 } from "../../viewer/index.ts";
 import { pairColour } from "../shared/pairing.ts";
 import type { Studio } from "../tab.ts";
-import { bringTo, type Way } from "./morph.ts";
+import { bringTo, type Way } from "../shared/morph.ts";
 import { labelOf, type Mode, modeOf, page } from "./page.ts";
 import {
   type CombineState,

@@ -3,13 +3,14 @@
 import type { Packed, View } from "../../state.ts";
 import type { Figure } from "../../ui/index.ts";
 import type { Colormap } from "../../viewer/index.ts";
+import type { Studio } from "../tab.ts";
 
 export type Kind = "pairs" | "landmarks";
 export type SideName = "a" | "b";
 export const sideNames = ["a", "b"] as const;
 /** What makes another mesh of one. */
 export type Repair = "weld" | "oriented" | "largest_component" | "without_degenerate_faces";
-export type Fix = "fill_holes" | "flip_b" | "propose" | Repair;
+export type Fix = "fill_holes" | "flip_b" | "align" | "propose" | Repair;
 
 /** Why the meshes cannot be combined yet. */
 export interface Trouble {
@@ -91,7 +92,18 @@ export interface CombineView extends View {
   pairs?: Record<SideName, number>[];
   landmarks?: Record<SideName, number>[];
   trouble?: Trouble | null;
+  /** What does not stand in the way, and should be looked at. */
+  advice?: Trouble | null;
+  /** Whether the recipe has points, which are taken to vertices near by. */
+  snaps?: boolean;
   /** Vertices up to which parts can be seen to turn. */
   turnable?: number;
   result?: Result;
+}
+
+/** What the parts of the panel are given. */
+export interface Props {
+  state: CombineState;
+  view: CombineView;
+  studio: Studio;
 }

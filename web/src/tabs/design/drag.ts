@@ -25,6 +25,7 @@ export class Drag {
   private basis: { start: Float32Array; response: Float32Array } | null = null;
   private framed = false;
   private readonly timer: number;
+  private readonly keys = new AbortController();
 
   /**
    * @param point of the line; null for all of it
@@ -41,6 +42,9 @@ export class Drag {
       this.framed = this.basis === null;
       this.follow();
     }, PATIENCE);
+    addEventListener("keydown", ({ key }) => key === "Escape" && this.cancel(), {
+      signal: this.keys.signal,
+    });
   }
 
   private get where(): object {
@@ -65,17 +69,22 @@ export class Drag {
   }
 
   to(by: Point): void {
+    if (this.ended) return;
     this.by = by;
     this.follow();
   }
 
   private follow(): void {
-    const surface = this.studio.viewports[0]!.surface(SURFACE);
-    if (this.basis && surface) {
-      surface.blend(this.basis.start, this.basis.response, this.by);
+    if (this.basis) {
+      this.blend(this.by);
       this.studio.live("design", ...this.action({ blended: true }));
     } else if (this.framed) this.studio.live("design", ...this.action());
     this.moved();
+  }
+
+  private blend(by: Point): void {
+    const { start, response } = this.basis!;
+    this.studio.viewports[0]!.surface(SURFACE)?.blend(start, response, by);
   }
 
   private action(more: object = {}): [string, object] {
@@ -87,20 +96,35 @@ export class Drag {
   }
 
   async end(): Promise<void> {
-    this.ended = true;
-    clearTimeout(this.timer);
-    const still = this.by.every((x) => x === 0);
-    if (still || !(await this.studio.do("design", ...this.action()))) this.studio.drop();
+    if (!this.close()) return;
+    const moved = this.by.some((x) => x !== 0);
+    if (!moved || !(await this.studio.do("design", ...this.action()))) this.back();
     this.done = true;
     this.studio.changed();
   }
 
+  /** Ends it as if it had not been; Escape does the same. */
   cancel(): void {
-    this.ended = this.done = true;
-    this.by = [0, 0, 0];
-    clearTimeout(this.timer);
-    this.studio.drop();
+    if (!this.close()) return;
+    this.back();
+    this.done = true;
     this.studio.changed();
+  }
+
+  /** Ends it, unless it has ended already. */
+  private close(): boolean {
+    const first = !this.ended;
+    this.ended = true;
+    this.keys.abort();
+    clearTimeout(this.timer);
+    return first;
+  }
+
+  /** As it was; the server does not know what the page has blended. */
+  private back(): void {
+    this.by = [0, 0, 0];
+    if (this.basis) this.blend(this.by);
+    this.studio.drop();
   }
 }
 
@@ -163,13 +187,9 @@ export function draggingMarks(viewport: Viewport, held: (mark: string) => Held |
       if (drag) void drag.end();
       else thing.click();
     });
-    const cancel = () => {
+    listen("pointercancel", () => {
       until.abort();
       drag?.cancel();
-    };
-    listen("pointercancel", cancel);
-    addEventListener("keydown", (event) => event.key === "Escape" && cancel(), {
-      signal: until.signal,
     });
   };
   element.addEventListener("pointerdown", down, { capture: true, signal: ended.signal });

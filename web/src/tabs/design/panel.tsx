@@ -6,7 +6,6 @@ import {
   Hint,
   List,
   MeshChoice,
-  Note,
   type Row,
   Section,
   Slider,
@@ -103,7 +102,7 @@ function Levels({ state, view, studio }: Props) {
         min={0}
         max={levels}
         step={1}
-        value={view.shown}
+        value={view.shown ?? 0}
         onChange={(shown) => {
           own.level = Math.min(own.level, shown);
           return studio.do("design", "show", { level: shown });

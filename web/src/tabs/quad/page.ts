@@ -15,17 +15,20 @@ interface Shown {
   features: boolean;
 }
 
+export const titles = { quads: "Make quads", cage: "Make cage" };
+
 class Page {
   studio: Studio | null = null;
-  sight: Sight = "input";
+  /** What was chosen to be looked at; null: what there is. */
+  private chosen: Sight | null = null;
   /** The other of input and quads is shown while a key is held. */
   comparing = false;
   shown: Shown = { irregular: true, arcs: false, features: true };
-  /** Something was asked for, and is shown when it comes. */
-  awaited: "quads" | "cage" | null = null;
+  /** Something was asked for, and is shown when it comes in place of the blob that there was. */
+  private awaited: { what: "quads" | "cage"; before: string | undefined } | null = null;
 
   show(sight: Sight): void {
-    this.sight = sight;
+    this.chosen = sight;
     this.studio?.changed();
   }
 
@@ -46,24 +49,43 @@ class Page {
     return this.studio!.do("quad", "change", { options });
   }
 
+  /** The job that makes something, if it is being made. */
+  job(what: "quads" | "cage") {
+    return this.studio?.jobs.find((one) => one.tab === "quad" && one.title === titles[what]);
+  }
+
   async make(what: "quads" | "cage"): Promise<void> {
+    if (this.job(what)) return;
+    const before = this.studio!.state?.tabs.quad.view.surfaces[what]?.data;
     const asked = await this.studio!.do("quad", what === "quads" ? "run" : "make_cage");
-    if (asked) this.awaited = what;
+    if (asked) this.awaited = { what, before };
   }
 
   /** What was asked for may be here. */
   arrive(view: QuadView): void {
-    const here = { quads: view.result?.current, cage: view.surfaces.cage !== undefined };
-    if (this.awaited && here[this.awaited]) {
-      this.sight = this.awaited;
+    if (!this.awaited) return;
+    const { what, before } = this.awaited;
+    const there = view.surfaces[what]?.data;
+    if (there && (there !== before || view.result?.current)) {
+      this.chosen = what;
       this.awaited = null;
     }
   }
 
-  /** What is in the picture, of what there is. */
+  /** What is chosen, of what there is. */
+  sight(view: QuadView): Sight {
+    const made = view.result !== undefined;
+    const there = {
+      ...{ input: true, cage: view.surfaces.cage !== undefined },
+      ...{ quads: made, quality: made, patches: made },
+    };
+    if (this.chosen && there[this.chosen]) return this.chosen;
+    return made ? "quads" : "input";
+  }
+
+  /** What is in the picture. */
   seen(view: QuadView): Sight {
-    const there = this.sight === "cage" ? view.surfaces.cage : view.result;
-    const sight = there ? this.sight : view.result && this.sight !== "input" ? "quads" : "input";
+    const sight = this.sight(view);
     if (!this.comparing || !view.result) return sight;
     return sight === "input" ? "quads" : "input";
   }

@@ -1,6 +1,12 @@
 /** Brings the viewport to what the quad tab shows. */
 
-import type { LegendContent, SurfaceData, SurfaceStyle, Viewport } from "../../viewer/index.ts";
+import type {
+  Hit,
+  LegendContent,
+  SurfaceData,
+  SurfaceStyle,
+  Viewport,
+} from "../../viewer/index.ts";
 import { count } from "../../ui/index.ts";
 import type { Studio } from "../tab.ts";
 import { page, type Sight } from "./page.ts";
@@ -30,6 +36,9 @@ export async function scene(studio: Studio, state: QuadState, view: QuadView): P
   viewport.legend.set(legend(view, sight));
   viewport.title(title(view, sight));
 }
+
+/** (q,) of the quads in the picture. */
+let shapes: Float32Array | null = null;
 
 const isOfQuads = (sight: Sight) => sight !== "input" && sight !== "cage";
 
@@ -98,9 +107,12 @@ async function input(
   if (plane) {
     const key = `${view.surfaces.input!.data} ${JSON.stringify(plane)}`;
     const rectangle = derived("plane", key, () => sheet(data, plane));
-    put("plane", rectangle, { ...onTop, creases: true, colour: planeColour, opacity: 0.28 });
+    put("plane", rectangle, { ...onTop, creases: true, colour: planeColour, opacity: 0.2 });
   }
 }
+
+/** Where colours of shapes end: at 0, where quads fold, or half way if none is as bad. */
+const leastShape = (view: QuadView) => (view.result!.worst > 0.5 ? 0.5 : 0);
 
 /** How many of edges that are sorted by falling angles fold by so many degrees. */
 export function keptAt(angles: Float32Array, degrees: number): number {
@@ -132,16 +144,18 @@ async function quads(
   const blob = view.surfaces.quads!.data;
   const data = await studio.surface(blob);
   const details = (await studio.data(result.details)).arrays;
+  shapes = details.shape as Float32Array;
   const surface = put("quads", data, {
     edges,
     shading,
-    creases: features,
+    creases: features && !arcs && sight !== "patches",
     creaseColour: lineColour,
   });
   await once(surface, `${sight} ${result.details}`, () => {
     if (sight === "quality") {
       const values = details.shape as Float32Array;
-      surface.colours({ values, per: "face", colormap: "quality", min: 0, max: 1 });
+      const min = leastShape(view);
+      surface.colours({ values, per: "face", colormap: "quality", min, max: 1 });
     } else if (sight === "patches") {
       surface.colours({ rgb: details.patch as Uint8Array, per: "face" });
     } else surface.colours(null);
@@ -183,7 +197,10 @@ function title(view: QuadView, sight: Sight): string {
 
 function legend(view: QuadView, sight: Sight): LegendContent | null {
   if (sight === "quality")
-    return { title: "Shape (scaled Jacobian)", min: 0, max: 1, colormap: "quality" };
+    return {
+      ...{ title: "Shape (scaled Jacobian)", colormap: "quality" },
+      ...{ min: leastShape(view), max: 1 },
+    };
   if (sight === "input" && view.wish?.sizes) {
     const [min, max] = view.wish.sizes.limits;
     return { title: "Edge length of quads", min, max, colormap: "viridis" };
@@ -222,4 +239,10 @@ async function once(surface: object, what: string, act: () => void | Promise<voi
 
 function bytes(css: string): number[] {
   return [1, 3, 5].map((at) => parseInt(css.slice(at, at + 2), 16));
+}
+
+/** Tells of the quad under the pointer. */
+export function inspect(studio: Studio, hit: Hit | null): void {
+  const shape = hit?.surface === "quads" && !hit.snapped ? shapes?.[hit.face] : undefined;
+  studio.hint(shape === undefined ? null : `Quad ${hit!.face}: shape ${shape.toFixed(3)}`);
 }

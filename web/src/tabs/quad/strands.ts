@@ -6,8 +6,9 @@ import type { SurfaceData } from "../../viewer/index.ts";
 const beadSize = 0.24;
 const tubeSize = 0.055;
 
-/** Radii at least, of half the diagonal of the surface, so that they can be seen from afar. */
+/** Of half the diagonal of the surface: radii at least, to be seen from afar, and at most. */
 const leastBead = 0.004;
+const mostBead = 0.012;
 const leastTube = 0.0013;
 
 const sides = 5; // of a tube
@@ -60,7 +61,7 @@ export function beads(
   const places = new Float32Array(vertices.length * corners.length);
   const triangles = new Uint32Array(vertices.length * faces.length);
   vertices.forEach((vertex, k) => {
-    const radius = Math.max(leastBead, beadSize * lengths[vertex]!);
+    const radius = Math.min(mostBead, Math.max(leastBead, beadSize * lengths[vertex]!));
     for (let i = 0; i < corners.length; i++)
       places[k * corners.length + i] = positions[3 * vertex + (i % 3)]! + radius * corners[i]!;
     for (let i = 0; i < faces.length; i++) triangles[k * faces.length + i] = k * each + faces[i]!;
@@ -82,7 +83,7 @@ export function sheet(
     [1, -1],
     [1, 1],
     [-1, 1],
-  ].flatMap(([s, t]) => middle.map((m, axis) => m + 0.8 * (s! * x[axis]! + t! * y[axis]!)));
+  ].flatMap(([s, t]) => middle.map((m, axis) => m + 0.7 * (s! * x[axis]! + t! * y[axis]!)));
   const edges = new Uint32Array([0, 1, 1, 2, 2, 3, 3, 0]);
   const triangles = new Uint32Array([0, 1, 2, 0, 2, 3]);
   return { ...over(surface, new Float32Array(places), triangles), creases: edges };

@@ -26,6 +26,8 @@ export interface QuadState {
 /** What is known before quads are made. */
 export interface Wish {
   area: number;
+  /** Edges on boundaries. */
+  border: number;
   /** Vertex attributes that can be a density. */
   densities: string[];
   /** So large that the rest is left out. */
@@ -44,6 +46,9 @@ export interface Result {
   /** Of irregular vertices. */
   kinds: { label: string; colour: string; count: number }[];
   figures: Figure[];
+  warnings: string[];
+  /** Shape of the worst quad. */
+  worst: number;
   /** Whether it was made by the recipe as it is now. */
   current: boolean;
 }
@@ -51,6 +56,8 @@ export interface Result {
 export interface QuadView extends View {
   /** What to do now, in a sentence. */
   next: string;
+  /** What stands in the way of making quads. */
+  trouble?: string;
   wish?: Wish;
   result?: Result;
 }

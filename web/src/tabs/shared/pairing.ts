@@ -17,6 +17,8 @@ export interface Group {
   pairs: readonly (readonly [number, number])[];
   /** What a pair is called on its marks. */
   label(index: number): string;
+  /** Where one end is in space, if that is not its vertex. */
+  at?(index: number, side: Side): readonly number[] | null;
   /** The only vertices of each surface that these may be, if not all. */
   places?: readonly [ArrayLike<number>, ArrayLike<number>];
 }
@@ -150,7 +152,7 @@ export class Pairing {
 
   private marks(side: Side): Mark[] {
     const surface = this.keys[side];
-    const marks: Mark[] = this.groups.flatMap(({ kind, pairs, label }) =>
+    const marks: Mark[] = this.groups.flatMap(({ kind, pairs, label, at }) =>
       pairs.map((pair, index) => {
         const id = Pairing.idOf(kind, index);
         const { dragged } = this;
@@ -159,7 +161,10 @@ export class Pairing {
           id,
           label: kind === this.kind || id === this.selected ? label(index) : undefined,
           colour: pairColour(index),
-          position: { surface, vertex: held ? dragged.vertex : pair[side] },
+          position: (!held && at?.(index, side)) || {
+            surface,
+            vertex: held ? dragged.vertex : pair[side],
+          },
           selected: held || id === this.selected,
         };
       }),
