@@ -14,6 +14,7 @@ import pytest
 import henkei as hk
 from henkei.shapes import bumper, bumper_parts
 from henkei.studio.messages import Message
+from henkei.studio.outcomes import Done
 from henkei.studio.session import Session
 
 LIMIT = 60.0  # seconds that anything may take
@@ -104,7 +105,7 @@ class Studio:
         self.thread.join()
 
 
-@pytest.fixture()
+@pytest.fixture
 def studio(tmp_path: Path) -> Iterator[Studio]:
     studio = Studio(tmp_path / "sessions")
     yield studio
@@ -277,6 +278,36 @@ def test_closing_a_mesh_empties_the_tabs_that_had_it(studio: Studio) -> None:
     assert studio.page.tabs["quad"]["state"]["mesh"] is None
     studio.receive("undo")
     assert studio.page.tabs["quad"]["state"]["mesh"] == "m1"
+
+
+def test_a_result_for_a_mesh_that_was_closed_is_left_out(
+    studio: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun: list[Any] = []
+    monkeypatch.setattr(studio.session._works, "start", lambda *started: begun.append(started))
+    studio.do("document", "example", name="plate")
+    studio.do("quad", "run")
+    studio.do("document", "remove", mesh="m1")
+    studio.do("document", "example", name="animal")
+    before = studio.page.tabs["quad"]["state"]
+    assert before["mesh"] == "m1"  # again, but another one
+    ((_, work, ended, _),) = begun
+    studio.on_engine(lambda: ended(Done({"mesh": work.request["mesh"], "result": "0" * 32})))
+    assert studio.page.tabs["quad"]["state"] == before
+
+
+def test_what_was_made_is_opened_as_a_mesh(studio: Studio) -> None:
+    keep = {"tab": "document", "action": "keep", "arguments": {"tab": "quad", "what": "quads"}}
+    studio.do("document", "example", name="plate")
+    assert "made" in studio.receive("do", **keep)["message"]
+    studio.do("quad", "change", options={"quads": 300})
+    studio.do("quad", "run")
+    while studio.page.until("ended")["job"] == "engine":
+        pass
+    assert studio.receive("do", **keep)["kind"] == "done"
+    quads = studio.page.last["meshes"][1]
+    assert quads["name"] == "plate quads"
+    assert quads["faces"] == studio.page.tabs["quad"]["state"]["result"]["quality"]["quads"]
 
 
 def test_a_mesh_is_there_when_another_tab_comes_to_the_front(studio: Studio) -> None:

@@ -23,6 +23,8 @@ MOST_FACES = 2_000_000  # that a page shows
 CODES = 65_534  # steps from the least to the largest of numbers that are not whole
 FINENESS = 512  # steps of positions within an edge of usual length
 BITS = (14, 22)  # of positions, at least and at most
+FAR = 100.0  # of vertices that no face uses, in halves of the diagonal: they are not farther away
+FARTHEST = 1e150  # from the origin, so that squares do not overflow
 NOTICES = "licences.txt"
 
 # Nothing is loaded, whatever names and titles say; data: is for the picture of a view at rest.
@@ -94,7 +96,7 @@ def require_shown(surface: Surface) -> None:
 
     Raises
     ------
-    InvalidInput : no faces, or more than two million.
+    InvalidInput : no faces, more than two million, or coordinates too large for their squares.
     """
     if not surface.face_count:
         raise InvalidInput("the surface has no faces: there is nothing to show")
@@ -103,6 +105,8 @@ def require_shown(surface: Surface) -> None:
             f"the surface has {surface.face_count:,} faces, a page shows at most {MOST_FACES:,}; "
             "show a part of it, or write it to a file for another viewer"
         )
+    if max(map(abs, np.concatenate(box(surface)).tolist())) > FARTHEST:
+        raise InvalidInput(f"the surface has coordinates beyond {FARTHEST:g}; scale it")
 
 
 def figures(surface: Surface, note: str = "") -> str:
@@ -113,7 +117,7 @@ def figures(surface: Surface, note: str = "") -> str:
     told = [
         f"{len(surface.vertices):,} vertices",
         f"{surface.face_count:,} {kind}",
-        " × ".join(f"{length:.4g}" for length in high - low),
+        " × ".join(f"{b - a:.4g}" for a, b in zip(low.tolist(), high.tolist(), strict=True)),
     ]
     if surface.face_count <= MOST_FACES:
         topology = surface.topology
@@ -140,7 +144,8 @@ def scene_bytes(scene: Scene) -> bytes:
     surface = scene.surface
     low, high = box(surface)
     centre, scale = (low + high) / 2, float(np.linalg.norm(high - low)) / 2 or 1.0
-    positions = _finite((surface.vertices - centre) / scale)
+    with np.errstate(over="ignore", invalid="ignore"):  # of vertices that no face uses
+        positions = np.clip(_finite((surface.vertices - centre) / scale), -FAR, FAR)
     step = _step(surface, scale)
     least = positions.min(axis=0, initial=0.0)
     arrays: dict[str, NDArray[Any]] = {"positions": steps(positions, step, least)}
@@ -220,12 +225,12 @@ def _colouring(one: Colouring) -> tuple[dict[str, Any], NDArray[np.int64]]:
         return told | {"low": [0.0, 0.0, 0.0], "step": 1.0}, codes
     known = ~np.isnan(one.values)
     values = one.values[known]
-    low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
+    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
     whole = bool((values == np.rint(values)).all()) and high - low < LARGEST
-    step = 1.0 if whole or high == low else (high / CODES - low / CODES)
+    step = 1.0 if whole or high == low else (high - low) / CODES or high - low
     codes = np.full(len(known), -1, dtype=np.int64)
     codes[known] = np.rint((values - low) / step)
-    return told | {"low": [float(low)], "step": float(step)}, codes
+    return told | {"low": [low], "step": step}, codes
 
 
 def _slide(slide: Slide, scale: float, step: float) -> tuple[dict[str, Any], NDArray[np.int64]]:

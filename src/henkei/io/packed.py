@@ -25,7 +25,7 @@ def packed(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.integer]])
     shapes: dict[str, tuple[int, int, int]] = {}
     blocks = []
     for name, array in arrays.items():
-        table = array.reshape(len(array), -1).astype(np.int64)
+        table = (array if array.ndim == 2 else array[:, None]).astype(np.int64)
         assert np.abs(table).max(initial=0) < LARGEST
         change = np.diff(table, axis=0, prepend=0).T.ravel()
         numbers = ((change << 1) ^ (change >> 63)).astype("<u4")

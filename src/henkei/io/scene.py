@@ -201,6 +201,8 @@ def colouring(
     if len(endless):
         raise InvalidInput(f"{name}: rows {some(endless)} are infinite; NaN is shown as no value")
     known = array[~np.isnan(array)]
+    if len(known) and not np.isfinite(float(known.max()) - float(known.min())):
+        raise InvalidInput(f"{name}: the values are too far apart to be shown; scale them")
     kinds = np.unique(known)
     whole = bool((known == np.rint(known)).all())
     labels = np.asarray(values).dtype.kind in "iub" and len(kinds) <= MOST_LABELS

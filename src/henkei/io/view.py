@@ -16,6 +16,7 @@ from henkei.errors import HenkeiError, InvalidInput
 from henkei.io.html import figures, page, require_shown
 from henkei.io.scene import Scene, lines_on, marks_on
 from henkei.io.whole import whole
+from henkei.mesh import Surface
 from henkei.showing import Shown
 
 HEIGHT = 480  # pixels
@@ -172,23 +173,24 @@ def represented(shown: Shown) -> str:
     there are figures."""
     try:
         scene = shown._scene_()
+        about = "" if isinstance(shown, Surface) else repr(shown)
         if scene.surface.face_count > OF_ITSELF:
-            note = "Too large to be shown unasked; henkei.view(...) shows it."
-            return figures(scene.surface, note)
-        return _output(View(scene))
+            note = f"{about} Too large to be shown unasked; henkei.view(...) shows it."
+            return figures(scene.surface, note.strip())
+        return _output(View(scene), about)
     except Exception:  # a design that cannot be solved, say, which its own methods tell
         return escape(repr(shown))
 
 
-def _output(view: View) -> str:
+def _output(view: View, about: str = "") -> str:
     """HTML for a notebook: the page in a frame of its own, where no name in it can do harm."""
     surface = view.scene.surface
     try:
         text = b"".join(page(view.scene)).decode()
     except HenkeiError as error:
-        return figures(surface, f"There is no picture: {error}")
+        return figures(surface, f"{about} There is no picture: {error}".strip())
     return OUTPUT.format(
-        figures=figures(surface),
+        figures=figures(surface, about),
         height=view.height,
         title=escape(view.scene.title or "Surface"),
         page=escape(text),

@@ -230,18 +230,18 @@ class Disks:
         apart = float(np.linalg.norm(ends[1].mean(axis=0) - ends[0].mean(axis=0)))
         told = []
         if onto.scale > MUCH_LARGER:
-            told.append(f"is {onto.scale:.3g} times smaller than a")
+            told.append(f"{onto.scale:.3g} times smaller than a")
         elif 0 < onto.scale < 1 / MUCH_LARGER:
-            told.append(f"is {1 / onto.scale:.3g} times larger than a")
+            told.append(f"{1 / onto.scale:.3g} times larger than a")
         if turn > MUCH_TURNED:
-            told.append(f"is turned by {turn:.0f} degrees")
+            told.append(f"turned by {turn:.0f} degrees")
         if apart > FAR * self.a.mesh.diagonal:
-            told.append("lies elsewhere")
+            told.append("elsewhere in space")
         if not told:
             return None
+        listed = " and ".join([*([", ".join(told[:-1])] if told[1:] else []), told[-1]])
         return Trouble(
-            f"b {' and '.join(told)}: align it, so that only the form changes in the morph",
-            ("align",),
+            f"b is {listed}: align it, so that only the form changes in the morph", ("align",)
         )
 
     def _too_few(self, recipe: CombineRecipe) -> Trouble | None:

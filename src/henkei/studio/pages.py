@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import logging
+import math
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from henkei.errors import HenkeiError
+from henkei.errors import HenkeiError, InvalidInput
 from henkei.mesh import Floats
 from henkei.studio import exports
 from henkei.studio.document import TABS, Document
@@ -19,6 +22,11 @@ from henkei.studio.services import Services
 from henkei.studio.tabs.base import Basis, TabState
 
 LONG, OFTEN = 0.3, 0.1  # seconds until progress is shown, and between two of its messages
+BROKEN = (
+    "this cannot be shown, which is a fault of ours. Undo the last step to go on, and please "
+    "report it with what the terminal says"
+)
+_LOG = logging.getLogger(__name__)
 
 
 class Client(Protocol):
@@ -88,26 +96,39 @@ class Pages:
             unchanged = [tab for tab in TABS if tab not in new]
             client.state({**told, "tabs": new, "unchanged": unchanged})
             self._clients[client] = entries
-        self.show_positions(document, front, exact=True)
+        try:
+            self.show_positions(document, front, exact=True)
+        except Exception as error:  # what was done is done, and its state is told
+            _LOG.exception("the surfaces of %s have no positions", front)
+            message = str(error) if isinstance(error, HenkeiError) else BROKEN
+            self.tell({"kind": "notice", "level": "error", "message": message})
 
     def show_positions(
-        self, document: Document, tab: str, *, exact: bool, sequence: Any = None
+        self,
+        document: Document,
+        tab: str,
+        *,
+        exact: bool,
+        sequence: Any = None,
+        but: Client | None = None,
     ) -> None:
-        """Bring the surfaces of a tab that move to where they are now."""
+        """Bring the surfaces of a tab that move to where they are now, ``but`` on one page."""
+        if not self._clients.keys() - {but}:
+            return
         for key, positions in self._positions(document, tab).items():
             data = self._drawn(tab, key)
             if data is not None:
                 placed = normalised(positions, *self._services.frame(data))
-                self.show_surface(
-                    {"tab": tab, "surface": key, "data": data, "exact": exact},
-                    placed,
-                    sequence=sequence,
-                )
+                header = {"tab": tab, "surface": key, "data": data, "exact": exact}
+                self.show_surface({**header, "sequence": sequence}, placed, but=but)
 
-    def show_surface(self, header: dict[str, Any], positions: NDArray[Any], **more: Any) -> None:
+    def show_surface(
+        self, header: dict[str, Any], positions: NDArray[Any], *, but: Client | None = None
+    ) -> None:
         """Bring one surface to positions (n, 3) as pages have them."""
-        for client in list(self._clients):
-            client.frame({"kind": "frame", **header, **more}, positions=positions)
+        for client in self._clients:
+            if client is not but:
+                client.frame({"kind": "frame", **header}, positions=positions)
 
     def send_basis(self, client: Client, tab: str, basis: Basis, asked: Mapping[str, Any]) -> None:
         """Tell a page how a surface answers the drag that it begins."""
@@ -127,14 +148,20 @@ class Pages:
         if known is None or any(a is not b for a, b in zip(known[0], key, strict=True)):
             view = self._view(tab, state) if front else {"surfaces": {}}
             entry = {"state": state.model_dump(mode="json"), "view": view}
-            self._entries[tab] = known = (key, packed(entry, self._services.blobs))
+            with suppress(InvalidInput):  # the disk refuses blobs
+                entry = packed(entry, self._services.blobs)
+            self._entries[tab] = known = (key, _finite(entry))
         return known[1]
 
     def _view(self, tab: str, state: TabState) -> dict[str, Any]:
+        """The view of a tab; a mistake in it ends neither the session nor its pages."""
         try:
             view: dict[str, Any] = _plain(TABS[tab].view(state, self._services))
         except HenkeiError as error:
             return {"surfaces": {}, "problem": str(error)}
+        except Exception:
+            _LOG.exception("%s has no view", tab)
+            return {"surfaces": {}, "problem": BROKEN}
         if all(state.meshes.values()):
             view["exports"] = exports.listed(tab, done=state.made is not None)
         return view
@@ -186,3 +213,12 @@ def _plain(data: Any) -> Any:
     if isinstance(data, np.ndarray | np.generic):
         return data.tolist()
     return data
+
+
+def _finite(data: Any) -> Any:
+    """Plain data with None in place of what is no number, which JSON cannot hold."""
+    if isinstance(data, dict):
+        return {key: _finite(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [_finite(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data

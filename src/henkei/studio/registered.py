@@ -19,7 +19,7 @@ DIAGONAL = "% of the diagonal"
 LEAST_DISTANCE = 1e-3  # percent that the range of a heat map goes to
 LEAST_GROWTH = 0.1  # powers of two, likewise
 LEAST_STRETCH = 1.1
-MOST_OF_IT = 0.98  # of the faces, that a range covers where the worst would hide the rest
+MOST_OF_IT = 0.99  # of faces or vertices, that a range covers: the worst would hide the rest
 MISSED = 0.03  # of the diagonal: what is not reached so far is a part, not a detail
 COARSE = 0.01  # the same, in the mean
 FEW = 1e-3  # of the faces
@@ -202,15 +202,14 @@ def _most_of(values: Floats) -> float:
 def _colour(
     title: str, on: str, per: str, values: Floats, blobs: Blobs, unit: str
 ) -> dict[str, Any]:
-    most = float(np.nanmax(values)) if np.isfinite(values).any() else 0.0
     data = blobs.put_message({"kind": "values"}, values=values.astype(np.float32))
     return {
         "title": title,
         "on": on,
         "per": per,
         "data": data,
-        "colormap": "magma",
-        "limits": (0.0, max(most, LEAST_DISTANCE)),
+        "colormap": "heat",
+        "limits": (0.0, max(_most_of(values), LEAST_DISTANCE)),
         "unit": unit,
     }
 

@@ -101,16 +101,20 @@ class Session:
         """Try an action on what was committed last, for the picture; a crash does not lose it."""
         with self._answering(client, None):
             arguments = _arguments(message)
-            blended = arguments.pop("blended", False)  # by the page, which wants no positions
+            blended = arguments.pop("blended", False)  # by this page, which wants no positions
             tab, action = self._action(message, arguments)
             if isinstance(action, LongAction):
                 raise InvalidInput("long work is not done while dragging")
             committed = self._kept.history.committed
             state = action.apply(committed.tab(tab), self._services)
             self._kept.draft(committed.with_tab(tab, state), action.label, tab)
-            if not blended:
-                sequence = message.header.get("sequence")
-                self._pages.show_positions(self._now, tab, exact=False, sequence=sequence)
+            self._pages.show_positions(
+                self._now,
+                tab,
+                exact=False,
+                sequence=message.header.get("sequence"),
+                but=client if blended else None,
+            )
 
     # From files, examples and other threads
 

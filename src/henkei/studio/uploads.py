@@ -15,7 +15,9 @@ from henkei.errors import InvalidInput
 from henkei.studio.jobs import Done, Failed, Jobs, OnEnd, OnProgress, Outcome, Refused, Task
 
 READ_FILE = "henkei.studio.tasks.read_file:run"
+READ_RECIPE = "henkei.studio.tasks.read_recipe:run"
 LARGEST = 2 * 2**30  # bytes
+LARGEST_RECIPE = 32 * 2**20
 SECONDS = 120.0
 LONGEST_NAME = 80  # characters
 LONGEST_MESSAGE = 600  # characters
@@ -69,7 +71,48 @@ def parse(
     InvalidInput : it is plain without reading it that it cannot be shown.
     """
     shown = display_name(name)
-    _require_mesh(path, shown, largest)
+    for ending, what in OTHERS.items():
+        if shown.lower().endswith(ending):
+            raise InvalidInput(f"{shown}: {what}")
+    how = "make the mesh coarser, or save it in a binary format (.ply, .glb)"
+    _require_file(path, shown, largest, how)
+    return _started(READ_FILE, path, shown, jobs, on_end, on_progress, alone, seconds)
+
+
+def parse_recipe(
+    path: Path,
+    name: str,
+    jobs: Jobs,
+    *,
+    on_end: OnEnd,
+    on_progress: OnProgress = lambda job, message, fraction: None,
+    largest: int = LARGEST_RECIPE,
+    seconds: float = SECONDS,
+) -> str:
+    """Read a recipe as :func:`parse` reads a mesh; the result is ``{"tab": method, "recipe": data,
+    "name": to show}``.
+
+    Raises
+    ------
+    InvalidInput : it is too large, or cannot be read.
+    """
+    shown = display_name(name)
+    how = "write attributes of the mesh in place of long lists of vertices"
+    _require_file(path, shown, largest, how)
+    return _started(READ_RECIPE, path, shown, jobs, on_end, on_progress, True, seconds)
+
+
+def _started(
+    function: str,
+    path: Path,
+    shown: str,
+    jobs: Jobs,
+    on_end: OnEnd,
+    on_progress: OnProgress,
+    alone: bool,
+    seconds: float,
+) -> str:
+    """The job that reads a file."""
     folder, file = _by_itself(path, shown) if alone else (None, path.absolute())
     reads = str(folder) if folder else file.anchor
 
@@ -81,7 +124,7 @@ def parse(
     request: dict[str, Any] = {"path": str(file), "alone": alone}
     try:
         return jobs.start(
-            Task(READ_FILE, request, (reads,)),
+            Task(function, request, (reads,)),
             title=f"Open {shown}",
             on_progress=on_progress,
             on_end=ended,
@@ -106,11 +149,8 @@ def display_name(name: str) -> str:
     return clean if clean.strip(".") else NO_NAME
 
 
-def _require_mesh(path: Path, shown: str, largest: int) -> None:
-    """Refuse what is no mesh by its name, and what is too large."""
-    for ending, what in OTHERS.items():
-        if shown.lower().endswith(ending):
-            raise InvalidInput(f"{shown}: {what}")
+def _require_file(path: Path, shown: str, largest: int, how: str) -> None:
+    """Refuse what is no file, or larger than that; ``how`` it becomes smaller."""
     try:
         size = path.stat().st_size
     except OSError as error:
@@ -120,7 +160,7 @@ def _require_mesh(path: Path, shown: str, largest: int) -> None:
     if size > largest:
         raise InvalidInput(
             f"{shown}: {_mebibytes(size)} are more than the {_mebibytes(largest)} that can be "
-            "opened here; make the mesh coarser, or save it in a binary format (.ply, .glb)"
+            f"opened here; {how}"
         )
 
 

@@ -147,11 +147,13 @@ def test_two_meshes_are_marked_combined_and_morphed(page: Driven, tmp_path: Path
 
 @pytest.fixture
 def made(page: Driven, tmp_path: Path) -> hk.CombinedMesh:
-    """Both are combined by proposed pairs, and the morph is looked at."""
+    """Both are combined by proposed pairs, and the morph is looked at, halfway."""
+    page.page.emulate_media(reduced_motion="reduce")
     opened(page, tmp_path)
     page.button("Combine").click()
     c = combined(page)
-    stopped(page)
+    page.until(lambda: page.page.get_by_label("Time value").input_value() == "0.5")
+    assert_near(page.positions("morph"), c.at(0.5).vertices)
     return c
 
 

@@ -156,11 +156,17 @@ def selection(page: Driven) -> NDArray[np.int64]:
     return np.array(page.tab("deform")["state"]["selection"], dtype=np.int64)
 
 
-def over(oracle: Oracle, rng: np.random.Generator) -> tuple[int, int]:
-    """A whole pixel somewhere in the picture of the surface."""
-    low, high = oracle.pixels.min(axis=0), oracle.pixels.max(axis=0)
-    x, y = rng.uniform(low, high)
-    return round(x), round(y)
+def free(eye: Eye, places: Floats) -> Floats:
+    """Whole pixels on the stage, beside its toolbars, near to places (n, 2)."""
+    left, top, width, height = eye.box
+    return np.clip(np.rint(places), (left + 70, top + 60), (left + width - 5, top + height - 5))
+
+
+def over(oracle: Oracle, rng: np.random.Generator) -> tuple[float, float]:
+    """A pixel somewhere in the picture of the surface."""
+    place = rng.uniform(oracle.pixels.min(axis=0), oracle.pixels.max(axis=0))
+    x, y = free(oracle.eye, place).tolist()
+    return x, y
 
 
 def lasso(oracle: Oracle, rng: np.random.Generator) -> Way:
@@ -169,9 +175,7 @@ def lasso(oracle: Oracle, rng: np.random.Generator) -> Way:
     angles = np.linspace(0, 2 * np.pi * rng.integers(1, 3), 24, endpoint=False)
     radii = size * rng.uniform(0.35, 1, len(angles))
     way = centre + radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    left, top, width, height = oracle.eye.box
-    clipped = np.clip(np.rint(way), (left + 70, top + 5), (left + width - 5, top + height - 5))
-    return [(x, y) for x, y in clipped.tolist()]
+    return [(x, y) for x, y in free(oracle.eye, way).tolist()]
 
 
 def try_rectangles(page: Driven, oracle: Oracle, rng: np.random.Generator, count: int) -> None:
@@ -239,7 +243,7 @@ def test_all_of_it_on_a_bumper(page: Driven, tmp_path: Path) -> None:
 def test_where_much_is_hidden(page: Driven, tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     page.open_tab("Deform")
-    page.open_mesh(head("goblin"), tmp_path / "goblin.ply")
+    page.open_mesh(head("goblin", resolution=0.5), tmp_path / "goblin.ply")
     page.draw(False)
     turned(page, (-150, 40))
     oracle = looked_at(page)

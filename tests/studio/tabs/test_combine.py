@@ -330,10 +330,14 @@ def test_closed_surfaces_are_sent_to_their_tab(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("moved_b", "told"),
     [
-        ({"scale": 0.5}, "is 2 times smaller than a:"),
-        ({"scale": 4.0, "shift": (0, 0, 9)}, "is 4 times larger than a and lies elsewhere:"),
-        ({"turn": (0, 0, 1.5)}, "is turned by 86 degrees:"),
-        ({"shift": (2.0, 0, 0)}, "lies elsewhere:"),
+        ({"scale": 0.5}, "b is 2 times smaller than a:"),
+        ({"scale": 4.0, "shift": (0, 0, 9)}, "b is 4 times larger than a and elsewhere in space:"),
+        ({"turn": (0, 0, 1.5)}, "b is turned by 86 degrees:"),
+        (
+            {"scale": 4.0, "turn": (0, 0, 1.5), "shift": (0, 0, 9)},
+            "b is 4 times larger than a, turned by 86 degrees and elsewhere in space:",
+        ),
+        ({"shift": (2.0, 0, 0)}, "b is elsewhere in space:"),
         ({"scale": 1.1, "turn": (0.2, 0, 0), "shift": (0.3, 0, 0)}, None),
     ],
 )

@@ -391,7 +391,7 @@ def test_heat_maps_are_distances(done: tuple[Desk, Report]) -> None:
     values = desk.blobs.get_message(unreached["data"]).arrays["values"]
     away = ClosestPoints(result.mesh).query(TARGET.vertices)[1]
     np.testing.assert_allclose(values, 100 * away / TARGET.diagonal, atol=1e-4)
-    assert unreached["limits"][1] == pytest.approx(100 * result.quality.to_source_max)
+    assert 0 < unreached["limits"][1] <= 100 * result.quality.to_source_max
     assert made["missed"] == away.argmax()
     off = desk.blobs.get_message(by_title["Distance from the target"]["data"]).arrays["values"]
     middles = result.mesh.vertices[result.faces].mean(axis=1)

@@ -51,7 +51,7 @@ export const combine: Tab<CombineState, CombineView> = {
     const arrived = page.awaited && (view.result?.current ?? false);
     if (arrived) page.arrive();
     await scene(studio, state, view);
-    if (arrived) page.player.play(true);
+    if (arrived) show();
   },
   enter(studio) {
     page.studio = studio;
@@ -71,6 +71,12 @@ export const combine: Tab<CombineState, CombineView> = {
   tool: (_, tool) => page.hold(tool.name),
   escape: () => page.pairing.escape(),
 };
+
+/** Shows once what was made: from a to b, or halfway where people want less motion. */
+function show(): void {
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches) page.player.seek(0.5);
+  else page.player.play(true);
+}
 
 function play(): void {
   if (page.mode !== "morph") page.show("morph");

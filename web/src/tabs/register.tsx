@@ -1,11 +1,14 @@
 /** Registering: a source takes on the form of a target, and is seen to do so. */
 
 import { receive } from "./register/files.ts";
+import { Gliding } from "./register/gliding.ts";
 import { MARKS, page } from "./register/page.ts";
 import { Panel } from "./register/panel.tsx";
-import { forget, scene, toTime } from "./register/scenes.ts";
+import { forget, LIVE, scene, toTime } from "./register/scenes.ts";
 import type { RegisterState, RegisterView } from "./register/types.ts";
-import type { Studio, Tab } from "./tab.ts";
+import type { Tab } from "./tab.ts";
+
+const gliding = new Gliding();
 
 export const register: Tab<RegisterState, RegisterView> = {
   name: "register",
@@ -51,7 +54,15 @@ export const register: Tab<RegisterState, RegisterView> = {
       ...page.pairing.enter(studio),
       page.player.subscribe(() => toTime(studio)),
       () => page.player.stop(),
+      () => gliding.stop(),
     ];
+  },
+  frame({ header }, studio) {
+    const [viewport] = studio.viewports;
+    const surface = header.surface === LIVE && viewport?.surface(LIVE);
+    if (!surface) return;
+    const first = gliding.take(surface);
+    if (first) viewport!.frame();
   },
   use(studio, mesh) {
     const { source, target } = studio.state!.tabs.register.state as RegisterState;
@@ -68,7 +79,7 @@ function play(): void {
   if (page.shown === "model" && !page.job) page.player.toggle();
 }
 
-function remove(studio: Studio): void {
+function remove(): void {
   const { chosen } = page.pairing;
-  if (chosen) void studio.do("register", "remove_landmark", { index: chosen.index });
+  if (chosen) page.remove(chosen.index);
 }

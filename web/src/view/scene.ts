@@ -13,7 +13,7 @@ export interface Colouring {
   min: number;
   max: number;
   /** (n,) or (faces,); NaN where there is none. Of rgb, (n, 3) or (faces, 3), 0 to 255. */
-  values: Float32Array;
+  values: Float64Array;
   /** Of labels, those there are. */
   labels: { value: number; name: string }[];
 }
@@ -160,6 +160,9 @@ function stepped(codes: Int32Array, { low, step }: Steps): Float32Array {
 }
 
 /** The values that codes (k,) stand for; NaN for code -1. */
-function valued(codes: Int32Array, steps: Steps): Float32Array {
-  return stepped(codes, steps).map((value, i) => (codes[i] === -1 ? NaN : value));
+function valued(codes: Int32Array, { low, step }: Steps): Float64Array {
+  const values = new Float64Array(codes.length);
+  for (let i = 0; i < codes.length; i++)
+    values[i] = codes[i] === -1 ? NaN : low[i % low.length]! + step * codes[i]!;
+  return values;
 }

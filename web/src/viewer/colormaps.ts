@@ -8,7 +8,7 @@ import {
 } from "three";
 import { bytes } from "./themes";
 
-export type Colormap = "viridis" | "magma" | "coolwarm" | "quality" | "categorical";
+export type Colormap = "viridis" | "magma" | "heat" | "coolwarm" | "quality" | "categorical";
 
 /** Colours at equal steps, from the lowest value to the highest. */
 const STOPS: Record<Exclude<Colormap, "categorical">, string[]> = {
@@ -26,6 +26,7 @@ const STOPS: Record<Exclude<Colormap, "categorical">, string[]> = {
     "#fde725",
   ],
   magma: ["#0b0924", "#231151", "#5f187f", "#982d80", "#d3436e", "#f8765c", "#febb81", "#fcfdbf"],
+  heat: ["#e6ebf0", "#f3e6bd", "#f6c77e", "#ee9355", "#d65445", "#a72344", "#6b1139"],
   coolwarm: [
     "#3b4cc0",
     "#5a78e4",

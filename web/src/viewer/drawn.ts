@@ -68,7 +68,9 @@ export class Drawn {
       faces,
       depth,
       edges: segments(this.outlines.edges, this.lines(EDGES, this.own.edges)),
-      creases: [0, 1].map(() => segments(this.outlines.creases, this.lines(CREASES, this.own.creases))),
+      creases: [0, 1].map(() =>
+        segments(this.outlines.creases, this.lines(CREASES, this.own.creases)),
+      ),
     };
     this.group.matrixAutoUpdate = false;
     for (const object of [depth, faces, this.meshes.edges, ...this.meshes.creases]) {

@@ -261,8 +261,16 @@ async function morph(studio: Studio, state: CombineState, result: Result): Promi
   viewport.marks.set(marksOn(result, "morph"));
   viewport.title("");
   await paint(studio, viewport, result);
+  if (fresh) fit(viewport, surface, way);
   toTime(studio);
-  if (fresh) viewport.frame();
+}
+
+/** Looks at the shape halfway, with room for those at the ends. */
+function fit(viewport: Viewport, surface: SurfaceView, along: Way): void {
+  bringTo(surface, along, 0.5);
+  viewport.frame();
+  viewport.pose.zoom(1.15, viewport.pose.target);
+  viewport.turned();
 }
 
 /** Brings the morph to the player's time. */

@@ -44,39 +44,45 @@ export function Parts({ view, studio }: { view: DeformView; studio: Studio }) {
   const byId = (id: string) => parts.find((part) => idOf(part) === id)!;
   return (
     <Section title="Parts" aside={parts.length > 0 && <span class="detail">{parts.length}</span>}>
-      <List
-        label="Parts"
-        empty="Nothing yet. What is fixed stays, a handle is moved, a feature keeps its shape."
-        rows={parts.map((part): Row => ({
-          id: idOf(part),
-          name: part.name,
-          colour: colours[part.kind],
-          detail: detail(part),
-          hint: `${part.name} ${titles[part.kind]}`,
-          selected: part === look,
-          below: part === look ? <Controls part={part} studio={studio} /> : undefined,
-        }))}
-        onSelect={(id) => {
-          const part = byId(id);
-          if (part === look) unchoose(studio);
-          else choose(studio, part.kind, part.name);
-        }}
-        onRename={async (id, to) => {
-          const { kind, name } = byId(id);
-          const done = await studio.do("deform", "rename", { kind, name, to });
-          if (done && memory.part?.kind === kind && memory.part.name === name)
-            memory.part = { kind, name: to };
-          studio.changed();
-        }}
-        onRemove={(id) => {
-          const { kind, name } = byId(id);
-          void studio.do("deform", "remove", { kind, name });
-        }}
-        onHover={(id) => {
-          const part = id === null ? undefined : byId(id);
-          hover(studio, part && isRegion(part) ? `part ${part.name}` : null);
-        }}
-      />
+      <div style={{ maxHeight: "14em", overflowY: "auto", paddingRight: "10px" }}>
+        <List
+          label="Parts"
+          empty="Nothing yet. What is fixed stays, a handle is moved, a feature keeps its shape."
+          rows={parts.map((part): Row => ({
+            id: idOf(part),
+            name: part.name,
+            colour: colours[part.kind],
+            detail: detail(part),
+            hint: `${part.name} ${titles[part.kind]}`,
+            selected: part === look,
+          }))}
+          onSelect={(id) => {
+            const part = byId(id);
+            if (part === look) unchoose(studio);
+            else choose(studio, part.kind, part.name);
+          }}
+          onRename={async (id, to) => {
+            const { kind, name } = byId(id);
+            const done = await studio.do("deform", "rename", { kind, name, to });
+            if (done && memory.part?.kind === kind && memory.part.name === name)
+              memory.part = { kind, name: to };
+            studio.changed();
+          }}
+          onRemove={(id) => {
+            const { kind, name } = byId(id);
+            void studio.do("deform", "remove", { kind, name });
+          }}
+          onHover={(id) => {
+            const part = id === null ? undefined : byId(id);
+            hover(studio, part && isRegion(part) ? `part ${part.name}` : null);
+          }}
+        />
+      </div>
+      {look && (
+        <div role="group" aria-label={look.name}>
+          <Controls key={`${look.kind} ${look.name}`} part={look} studio={studio} />
+        </div>
+      )}
     </Section>
   );
 }

@@ -14,7 +14,7 @@ export function Landmarks({ state, view, studio }: Props) {
       <List
         label="Landmarks"
         empty="Click a place on the source, then the same place on the target: noses, tips of limbs, ears. Three to ten make it sure; without any it is a guess."
-        rows={view.landmarks.map(({ source, target, points }, index) => ({
+        rows={(view.landmarks ?? []).map(({ source, target, points }, index) => ({
           id: Pairing.idOf(MARKS, index),
           name: `Landmark ${index + 1}`,
           colour: pairColour(index),
@@ -25,10 +25,7 @@ export function Landmarks({ state, view, studio }: Props) {
           selected: pairing.selected === Pairing.idOf(MARKS, index),
         }))}
         onSelect={(id) => pairing.select(pairing.selected === id ? null : id)}
-        onRemove={(id) => {
-          const index = Number(id.split(" ")[1]);
-          void studio.do("register", "remove_landmark", { index });
-        }}
+        onRemove={(id) => page.remove(Number(id.split(" ")[1]))}
       />
       <Buttons>
         <FromFiles studio={studio} />

@@ -34,6 +34,10 @@ class Page {
     changed: () => this.studio?.changed(),
   });
 
+  constructor() {
+    this.player.seek(1);
+  }
+
   /** The work on the model, while it goes on. */
   get job(): Job | undefined {
     return this.studio?.jobs.find((one) => one.tab === "register" && one.title === REGISTER);
@@ -91,6 +95,12 @@ class Page {
     this.pairing.take(tool === MARKS ? MARKS : null);
     if (tool === MARKS && this.shown !== "sides") this.show("sides");
     else this.studio?.changed();
+  }
+
+  /** Takes a landmark away. */
+  remove(index: number): void {
+    this.pairing.selected = null; // the others get other numbers
+    void this.studio?.do("register", "remove_landmark", { index });
   }
 
   /** What to do, for the status line; null: as the tool says. */

@@ -1,6 +1,6 @@
 /** Brings the viewports to what is looked at: both meshes, or the model over the target. */
 
-import type { Mark, SurfaceData, SurfaceView, Viewport } from "../../viewer/index.ts";
+import type { Mark, SurfaceData, SurfaceView, View, Viewport } from "../../viewer/index.ts";
 import { bringTo, type Way } from "../combine/morph.ts";
 import { pairColour } from "../shared/pairing.ts";
 import type { Studio } from "../tab.ts";
@@ -16,7 +16,7 @@ import {
 } from "./types.ts";
 
 /** Keys of surfaces: on its way, whose positions the server sends, and done. */
-const LIVE = "model";
+export const LIVE = "model";
 export const DONE = "registered";
 
 const ghost = { colour: "#7d8b99", opacity: 0.22 };
@@ -27,9 +27,12 @@ let shown: { mode: Mode; linked: boolean } | null = null;
 /** The way that the morph goes, once its shapes are here. */
 let way: Way | null = null;
 
+/** Where the camera was when both meshes were looked at last, if it is to go back there. */
+let before: View | null = null;
+
 /** The viewports were emptied. */
 export function forget(): void {
-  shown = way = null;
+  shown = way = before = null;
 }
 
 export async function scene(
@@ -51,6 +54,7 @@ export async function scene(
 function lay(studio: Studio, mode: Mode): void {
   const { linked } = page;
   if (shown?.mode === mode && shown.linked === linked) return;
+  if (shown?.mode === "sides" && mode === "model") before = studio.viewports[0]!.camera();
   studio.stage.layout(mode === "sides" ? 2 : 1, linked);
   if (shown?.mode !== mode) for (const viewport of studio.viewports) viewport.clear();
   shown = { mode, linked };
@@ -73,7 +77,9 @@ async function sides(studio: Studio, state: RegisterState, view: RegisterView): 
     if (data === undefined) viewport.clear();
     else put(viewport, side, await studio.surface(data)).style({ ...studio.look });
   }
-  page.pairing.show([group(view.landmarks)]);
+  page.pairing.show([group(view.landmarks ?? [])]);
+  if (before) studio.viewports[0]!.look(before);
+  before = null;
 }
 
 function group(marked: readonly Marked[]) {
@@ -90,7 +96,7 @@ function group(marked: readonly Marked[]) {
 async function model(studio: Studio, state: RegisterState, view: RegisterView): Promise<void> {
   const viewport = studio.viewports[0]!;
   const { job } = page;
-  const fresh = viewport.keys.length === 0;
+  const fresh = !viewport.surface(job ? LIVE : DONE);
   const data = view.surfaces.target?.data;
   if (data === undefined) return;
   const target = put(viewport, "target", await studio.surface(data));

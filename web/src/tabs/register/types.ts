@@ -87,7 +87,7 @@ export interface RegisterView extends View {
   /** What to do now, in a sentence. */
   next: string;
   ready: boolean;
-  landmarks: Marked[];
+  landmarks?: Marked[];
   /** Attributes of both meshes that can be labels of regions. */
   labels?: [string[], string[]];
   trouble?: Trouble | null;
