@@ -24,6 +24,7 @@ MODULES = {
     "deform": "deform",
     "quad": "quads",
     "design": "design",
+    "studio": "studio",
 }
 CACHING, ON_ALL = {"register"}, {"quad"}
 SIZES, QUICK = [5_000, 50_000, 200_000, 1_000_000], [2_000, 5_000]
@@ -75,7 +76,7 @@ def _sizes(name: str, options: argparse.Namespace) -> list[int]:
 
 def _write(names: list[str]) -> None:
     """The tables of the guide, and the reports from the latest results of each benchmark."""
-    for name in {"table1", "known", "register", "deform", "quad", "design"} & set(names):
+    for name in {"table1", "known", "register", "deform", "quad", "design", "studio"} & set(names):
         _module(name).write(json.loads((RESULTS / f"{name}.json").read_text()))
     sections = []
     for name in ("overlay", "embedding", "combine"):

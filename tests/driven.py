@@ -365,7 +365,7 @@ class Driven:
         start = np.array(self.place(found, viewport))
         size = np.linalg.norm(np.subtract(self.camera(viewport)["position"], centre)) / 100
         way = (np.array(self.place((centre + size * unit).tolist(), viewport)) - start) / size
-        on = f"() => {gizmo}.controls.get('{mode}').axis"
+        on = f"() => {gizmo}.controls.get('{mode}')?.axis"
         angles = [0.0] if mode == "translate" else np.linspace(0, 2 * np.pi, 24).tolist()
         for angle in angles:
             cosine, sine = np.cos(angle), np.sin(angle)

@@ -28,6 +28,7 @@ def registered(
     seed: int = 0,
     settings: Any = None,
     progress: Progress = silent,
+    watch: Any = None,
 ) -> Registration:
     """Vertex i of the source at a corner of face i of the target, if there is one."""
     progress("placing", 0.5)

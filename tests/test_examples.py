@@ -31,6 +31,8 @@ def test_it_runs_and_its_files_can_be_read(example, tmp_path, capsys):
             assert isinstance(hk.load(path), hk.CombinedMesh)
         elif path.suffix == ".glb":
             assert targets(path) > 0
+        elif path.suffix == ".html":
+            assert path.read_bytes().startswith(b"<!doctype html>")
         else:
             assert hk.read(path).face_count > 0
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
@@ -88,6 +88,7 @@ def places(header: dict[str, Any], codes: NDArray[np.int64]) -> NDArray[np.float
     return np.array(header["centre"]) + header["scale"] * (low + step * codes)
 
 
+@settings(max_examples=60, deadline=None)
 @given(
     arrays.arrays(
         np.int64,
@@ -102,6 +103,7 @@ def test_whole_numbers_come_back(table):
     assert np.array_equal(found["two"], table[:, :1])
 
 
+@settings(max_examples=60, deadline=None)
 @given(surfaces(coordinates=st.floats(-1e6, 1e6)))
 def test_any_surface_is_in_its_page(surface):
     header, found = shown(Scene.of(surface))
@@ -176,6 +178,7 @@ def test_values_that_are_all_the_same(value):
         assert np.array_equal(one["low"][0] + one["step"] * codes, values)
 
 
+@settings(max_examples=60, deadline=None)
 @given(arrays.arrays(np.float64, 9, elements=st.floats(-8e307, 8e307)))
 def test_values_are_right_to_a_part_of_their_range(values):
     header, found = shown(Scene.of(sheet()).coloured({"any": values}))

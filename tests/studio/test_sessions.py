@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import subprocess
 import sys
 import time
+import weakref
 from pathlib import Path
 
 import pytest
 
 from henkei.errors import InvalidFile, InvalidInput
-from henkei.studio.sessions import MOST, Sessions
+from henkei.studio.sessions import AT_HAND, MOST, Sessions
 
 START = {"meshes": [], "deform": {"ids": []}}
 KILLED = """
@@ -67,6 +69,29 @@ def sessions(tmp_path) -> Sessions[dict]:
 
 
 # Opening and closing
+
+
+def test_documents_of_steps_long_past_are_not_in_memory(sessions):
+    class Ids(list):
+        """A list that can be watched."""
+
+    kept, watched = sessions.create(), []
+    for n in range(3 * AT_HAND):
+        ids = Ids([n] * 100)
+        watched.append(weakref.ref(ids))
+        kept.commit(document("head", deform={"ids": ids}), f"step {n}", "deform")
+        del ids
+    gc.collect()
+    assert [one() is None for one in watched] == [True] * (2 * AT_HAND) + [False] * AT_HAND
+    for n in reversed(range(1, 3 * AT_HAND)):
+        assert kept.undo().label == f"step {n}"
+        assert kept.history.now == document("head", ids=[n - 1] * 100)
+    assert kept.undo().label == "step 0"
+    assert kept.history.now == START
+    for n in range(3 * AT_HAND):
+        kept.redo()
+        assert kept.history.now == document("head", ids=[n] * 100)
+    kept.close()
 
 
 def test_a_session_goes_on_where_it_was_closed(sessions):

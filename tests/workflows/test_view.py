@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +32,7 @@ def seen(shown: Any, *values: float) -> np.ndarray:
     return scene.surface.vertices + sum(moves, np.zeros((1, 3)))
 
 
-@cache
+@pytest.fixture(scope="module")
 def combined() -> hk.CombinedMesh:
     dome, hills = hemisphere(3), random_disk(0, 60)
     labels = hk.Attributes(
@@ -51,24 +50,24 @@ def combined() -> hk.CombinedMesh:
     )
 
 
-@cache
+@pytest.fixture(scope="module")
 def registered() -> hk.Registration:
     return hk.register(icosphere(2), bumpy(2, 1), landmarks=[(0, 0), (5, 5)])
 
 
-@cache
+@pytest.fixture(scope="module")
 def quads() -> hk.QuadResult:
     return hk.quadrangulate(bumpy(3, 5), quads=80)
 
 
-@cache
+@pytest.fixture(scope="module")
 def bent() -> hk.Deformer:
     deformer, _ = stretched(plate_with_holes())
     deformer.solve()
     return deformer
 
 
-@cache
+@pytest.fixture(scope="module")
 def designed() -> hk.Designer:
     designer = hk.Designer(hk.shapes.cube_cage(), levels=2)
     designer.pin(1, 10, (0.0, 0.0, 2.0), name="tip")
@@ -76,7 +75,7 @@ def designed() -> hk.Designer:
     return designer
 
 
-@cache
+@pytest.fixture(scope="module")
 def model() -> hk.ShapeModel:
     chance, sheet = np.random.default_rng(0), grid(4, 4)
     x = sheet.vertices[:, :1]
@@ -88,24 +87,25 @@ def model() -> hk.ShapeModel:
     )
 
 
-@cache
+@pytest.fixture(scope="module")
 def taken() -> hk.TakenUp:
     return hk.take_up(bumpy(3, 5), quads=60, levels=2)
 
 
-RESULTS = [combined, registered, quads, bent, designed, model, taken]
+RESULTS = ["combined", "registered", "quads", "bent", "designed", "model", "taken"]
 
 
 @pytest.mark.parametrize("result", RESULTS)
-def test_every_result_shows_itself(result):
-    output = result()._repr_html_()
+def test_every_result_shows_itself(result, request):
+    shown = request.getfixturevalue(result)
+    output = shown._repr_html_()
     assert 'sandbox="allow-scripts"' in output
     assert "srcdoc=" in output
-    assert hk.view(result(), title="a").scene.title == "a"
+    assert hk.view(shown, title="a").scene.title == "a"
 
 
-def test_a_correspondence_morphs():
-    c = combined()
+def test_a_correspondence_morphs(combined):
+    c = combined
     for shown in (c, c.correspondence):
         assert np.array_equal(seen(shown), c.vertices_a)
         assert seen(shown, 1.0) == pytest.approx(c.vertices_b)
@@ -119,8 +119,8 @@ def test_a_correspondence_morphs():
     ]
 
 
-def test_a_registration_begins_as_the_target():
-    r = registered()
+def test_a_registration_begins_as_the_target(registered):
+    r = registered
     assert seen(r) == pytest.approx(r.mesh.vertices)
     assert seen(r, 0.0) == pytest.approx(icosphere(2).vertices)
     scene = hk.view(r, np.arange(len(r.mesh.vertices)) % 3).scene
@@ -128,8 +128,8 @@ def test_a_registration_begins_as_the_target():
     assert scene.colourings[0].colormap == "categorical"
 
 
-def test_quads_with_their_layout():
-    q = quads()
+def test_quads_with_their_layout(quads):
+    q = quads
     scene = hk.view(q).scene
     patch, jacobian = scene.colourings
     assert scene.surface is q.mesh
@@ -152,8 +152,8 @@ def test_quads_with_their_layout():
     assert between <= drawn <= between | {tuple(sorted(edge)) for edge in q.features.tolist()}
 
 
-def test_a_deformation_with_its_regions():
-    d = bent()
+def test_a_deformation_with_its_regions(bent):
+    d = bent
     assert seen(d) == pytest.approx(d.result.vertices)
     assert np.array_equal(seen(d, 0.0), d.mesh.vertices)
     regions, moved = hk.view(d).scene.colourings
@@ -181,8 +181,8 @@ def test_a_deformer_before_it_is_solved():
     assert [mark.label for mark in scene.marks] == ["here"]
 
 
-def test_a_design_rises_from_its_cage():
-    s = designed()
+def test_a_design_rises_from_its_cage(designed):
+    s = designed
     assert seen(s) == pytest.approx(s.surface().vertices)
     assert np.array_equal(seen(s, 0.0), s.flat(2).vertices)
     scene = hk.view(s).scene
@@ -191,8 +191,8 @@ def test_a_design_rises_from_its_cage():
     assert len(scene.lines) == 1
 
 
-def test_modes_of_a_model_move():
-    m = model()
+def test_modes_of_a_model_move(model):
+    m = model
     assert np.array_equal(seen(m), m.mean)
     scene = hk.view(m).scene
     count = len(scene.slides)
@@ -204,8 +204,8 @@ def test_modes_of_a_model_move():
     assert scene.colourings[0].values == pytest.approx(np.sqrt(m.vertex_variance))
 
 
-def test_a_scan_that_was_taken_up():
-    t = taken()
+def test_a_scan_that_was_taken_up(taken):
+    t = taken
     assert np.array_equal(seen(t), t.surface.vertices)
 
 

@@ -130,7 +130,9 @@ export class Connection {
       stats.connections += 1;
       this.wait = shortestWait;
       this.tabs = {};
-      socket.send(encode({ kind: "hello", session: this.session, bits: this.bits }));
+      socket.send(
+        encode({ kind: "hello", session: this.session, bits: this.bits, page: this.page }),
+      );
       this.become("connected");
       for (const { bytes } of this.waiting.values()) socket.send(bytes);
       this.flushLive();

@@ -17,7 +17,7 @@ declare global {
 }
 
 /** Milliseconds after which a picture that is out of sight gives its graphics card back. */
-const REST = 4000;
+const REST = 2000;
 
 /** Milliseconds after which a page that is told nothing counts as out of sight. */
 const PATIENCE = 500;

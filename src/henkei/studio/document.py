@@ -7,13 +7,13 @@ from typing import Any, cast
 from pydantic import Field
 
 from henkei.recipes.recipe import Index, Part
+from henkei.studio.register_state import RegisterState
 from henkei.studio.tabs import combine, deform, design, quad, register
 from henkei.studio.tabs.base import BlobId, MeshId, Tab, TabState
 from henkei.studio.tabs.combine import CombineState
 from henkei.studio.tabs.deform import DeformState
 from henkei.studio.tabs.design import DesignState
 from henkei.studio.tabs.quad import QuadState
-from henkei.studio.tabs.register import RegisterState
 
 TABS: dict[str, Tab[Any]] = {
     module.TAB.name: cast("Tab[Any]", module.TAB)

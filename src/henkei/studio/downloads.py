@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import secrets
 import shutil
+import time
+from contextlib import suppress
 from pathlib import Path
 
 MOST = 20  # that are kept
+OLD = 24 * 3600.0  # seconds
 
 
 class Downloads:
@@ -40,3 +43,11 @@ class Downloads:
     def close(self) -> None:
         """Delete them all."""
         shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def clear_old(folder: Path) -> None:
+    """Remove from a folder of such folders what studios left there that were killed."""
+    for left in folder.glob("*"):
+        with suppress(OSError):
+            if left.stat().st_mtime < time.time() - OLD:
+                shutil.rmtree(left, ignore_errors=True)

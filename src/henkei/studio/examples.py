@@ -145,5 +145,8 @@ EXAMPLES = (
         "torus", "A torus with knobs", "design", "Eight pins; try gamma.",
         lambda: _designed("torus"),
     ),
-    Example("pig", "A pig from a cage", "design", "Snout and smile by curves.", lambda: _designed("pig")),
+    Example(
+        "pig", "A pig from a cage", "design", "Snout and smile by curves.",
+        lambda: _designed("pig"),
+    ),
 )  # fmt: skip

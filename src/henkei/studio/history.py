@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
 from henkei.errors import InvalidInput
@@ -139,6 +139,10 @@ class History(Generic[Document]):
             raise InvalidInput("there is nothing to do again")
         self._go(1)
         return self._steps[self._position]
+
+    def let_go(self, position: int, recall: Callable[[], Document]) -> None:
+        """Have the document of a step in memory only while it is asked for, by ``recall``."""
+        self._steps[position] = replace(self._steps[position], recall=recall)
 
     @property
     def _undone(self) -> bool:

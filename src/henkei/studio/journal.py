@@ -15,6 +15,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from io import FileIO
 from pathlib import Path
 from typing import Generic
@@ -82,6 +83,11 @@ class Journal(Generic[Document]):
             text = line_of("commit", step, self._base())
             self._steps.commit(parts, label, tab)
             self._write(text)
+
+    def recall(self, position: int) -> Callable[[], Document]:
+        """What reads the document of a step again."""
+        with self._lock:
+            return partial(self._codec.document, self._steps.steps[position].document)
 
     def undo(self) -> None:
         """The last step is taken back."""

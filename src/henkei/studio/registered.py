@@ -43,7 +43,7 @@ def colours(
     ----------
     unreached : (n,) as :func:`apart` gives it.
     """
-    away = PERCENT * _off(result.mesh, target)
+    away = PERCENT * _off(result, target)
     grown = _growth(result)
     stretched = _stretch(result)
     most = max(_most_of(np.abs(grown)), LEAST_GROWTH)
@@ -166,15 +166,16 @@ def _crossed(q: RegisterQuality) -> bool:
     return q.self_intersecting_fraction > q.self_intersecting_target + FEW
 
 
-def _off(model: Mesh, target: Mesh) -> Floats:
+def _off(result: Registration, target: Mesh) -> Floats:
     """Distance (m,) of the model's faces from the target, at the middles of face and edges, the
-    largest of these; as fractions of the target's diagonal."""
-    corners = model.vertices[model.faces]
+    largest of these; as fractions of the target's diagonal. NaN in holes of the target."""
+    corners = result.mesh.vertices[result.faces]
     middles = (corners + np.roll(corners, -1, axis=1)) / 2
     places = np.concatenate([middles, corners.mean(axis=1, keepdims=True)], axis=1)
     away = ClosestPoints(target).query(places.reshape(-1, 3))[1]
     largest: Floats = away.reshape(len(places), -1).max(axis=1, initial=0.0) / target.diagonal
-    return largest
+    bridged = (result.on_target.face[result.faces] < 0).any(axis=1)
+    return np.where(bridged, np.nan, largest)
 
 
 def _growth(result: Registration) -> Floats:
@@ -194,9 +195,9 @@ def _stretch(result: Registration) -> Floats:
 
 
 def _most_of(values: Floats) -> float:
-    """What most values do not exceed; 0 of none."""
+    """What most values do not exceed, to two digits; 0 of none."""
     known = values[np.isfinite(values)]
-    return float(np.quantile(known, MOST_OF_IT)) if len(known) else 0.0
+    return float(f"{np.quantile(known, MOST_OF_IT):.2g}") if len(known) else 0.0
 
 
 def _colour(

@@ -234,6 +234,7 @@ def server(application: Starlette) -> uvicorn.Server:
     """The server of an application, to be run on sockets."""
     import uvicorn
 
+    logging.getLogger("uvicorn.error").addFilter(_is_told)
     config = uvicorn.Config(
         application,
         loop="asyncio",
@@ -336,6 +337,11 @@ def display_name(name: str) -> str:
     plain = "".join(c for c in last if unicodedata.category(c)[0] not in "CZ" or c == " ")
     plain = re.sub(r'[<>:"|?*]', "_", plain).strip(" .")
     return (plain if len(plain) <= 100 else plain[:60] + plain[-40:]) or "mesh"
+
+
+def _is_told(record: logging.LogRecord) -> bool:
+    """Whether a person is to see it: uvicorn takes every WebSocket that is refused for a fault."""
+    return "without completing handshake" not in record.getMessage()
 
 
 async def _told(request: Request, error: Exception) -> Response:

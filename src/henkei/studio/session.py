@@ -9,27 +9,28 @@ from __future__ import annotations
 import logging
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 from queue import SimpleQueue
+from threading import Timer
 from typing import Any
 
 from henkei.errors import HenkeiError, InvalidInput, some
 from henkei.progress import silent
-from henkei.recipes.any import RECIPES, recipe_from
-from henkei.recipes.recipe import Recipe
 from henkei.studio import examples
 from henkei.studio.document import TABS, Document, MeshEntry
 from henkei.studio.document_actions import document_action
+from henkei.studio.downloads import clear_old
 from henkei.studio.jobs import Done, Outcome
 from henkei.studio.messages import Message
-from henkei.studio.named_files import require_no_files
 from henkei.studio.pages import Client, EngineProgress, Pages
 from henkei.studio.services import Services
 from henkei.studio.sessions import Kept, Sessions
 from henkei.studio.tabs.base import Action, LongAction
-from henkei.studio.works import Post, Works, reason
+from henkei.studio.works import DOWNLOADS, Post, Works, reason
+
+TIDY_AFTER = 30.0  # seconds after the start
 
 BROKEN = (
     "this failed inside henkei, which is a fault of ours. Nothing was changed; please report it "
@@ -58,20 +59,27 @@ class Session:
         self._services = Services(sessions.blobs)
         self._pages = Pages(self._services)
         self._services.tell = lambda message: self._notice("info", message)
-        self._works = Works(sessions.folder, sessions.blobs.folder, post, self._pages.tell)
+        self._works = Works(sessions.folder, sessions.blobs.folder, self._later, self._pages.tell)
         self._progress = EngineProgress(self._pages.tell)
         self._tab = "combine"
         self._done: deque[Any] = deque(maxlen=1000)  # ids of messages
+        self._names: dict[Client, Any] = {}  # what pages call themselves
+        self._dragger: Any = None  # the name of the page that tried something out last
         self._kept: Kept[Document] = sessions.create()
+        self._tidying = Timer(TIDY_AFTER, self._tidy)
+        self._tidying.daemon = True
+        self._tidying.start()
 
     # From pages
 
     def connected(self, client: Client) -> None:
         """A page has come; it is told everything once it says hello."""
+        self._names[client] = client
         self._pages.add(client)
 
     def disconnected(self, client: Client) -> None:
         """A page has gone; what it was dragging is kept."""
+        self._names.pop(client, None)
         self._pages.remove(client)
 
     def receive(self, client: Client, message: Message) -> None:
@@ -108,6 +116,7 @@ class Session:
             committed = self._kept.history.committed
             state = action.apply(committed.tab(tab), self._services)
             self._kept.draft(committed.with_tab(tab, state), action.label, tab)
+            self._dragger = self._names.get(client)
             self._pages.show_positions(
                 self._now,
                 tab,
@@ -132,45 +141,48 @@ class Session:
     def uploaded(self, path: Path, name: str) -> dict[str, Any]:
         """Open a file from a page, and wait for it; called on a thread for uploads."""
         answers: SimpleQueue[dict[str, Any]] = SimpleQueue()
-        if name.lower().endswith(".json"):
-            recipe = recipe_from(path)
-            require_no_files(recipe, name)
-            self._post(lambda: answers.put(self._take_recipe(recipe)))
-            return answers.get()
+        is_recipe = name.lower().endswith(".json")
 
         def ended(outcome: Outcome) -> None:
-            if isinstance(outcome, Done):
-                answers.put({"mesh": self._add(**outcome.result)})
-            else:
-                answers.put({"message": reason(outcome) or "cancelled"})
+            answer = {"message": BROKEN}
+            try:
+                if not isinstance(outcome, Done):
+                    answer = {"message": reason(outcome) or "cancelled"}
+                elif is_recipe:
+                    answer = self._take_recipe(outcome.result["tab"], outcome.result["recipe"])
+                else:
+                    answer = {"mesh": self._add(**outcome.result)}
+            finally:
+                answers.put(answer)
 
-        self._works.read(path, name, ended, alone=True)
+        if is_recipe:
+            self._works.read_recipe(path, name, ended)
+        else:
+            self._works.read(path, name, ended, alone=True)
         return answers.get()
 
-    def _take_recipe(self, recipe: Recipe) -> dict[str, Any]:
+    def _take_recipe(self, tab: str, recipe: dict[str, Any]) -> dict[str, Any]:
         """Give a recipe to the tab that it is for, whose meshes are open."""
-        tab = next(name for name, kind in RECIPES.items() if isinstance(recipe, kind))
         try:
             state = self._filled(tab)
-            data = {"recipe": recipe.model_dump(mode="json", exclude_defaults=True)}
-            state = TABS[tab].action("load", data).apply(state, self._services)
+            state = TABS[tab].action("load", {"recipe": recipe}).apply(state, self._services)
         except HenkeiError as error:
             return {"message": str(error)}
         self._tab = tab
-        self._change(self._now.with_tab(tab, state), "open recipe", tab)
+        self._change(self._committed.with_tab(tab, state), "open recipe", tab)
         return {"recipe": tab}
 
     def _filled(self, tab: str) -> Any:
         """The state of a tab; if it has no mesh yet, with those that are open."""
-        state = self._now.tab(tab)
+        state = self._committed.tab(tab)
         if not any(state.meshes.values()):
-            for slot, entry in zip(state.slots, self._now.meshes, strict=False):
+            for slot, entry in zip(state.slots, self._committed.meshes, strict=False):
                 state = state.with_mesh(slot, entry.id)
         return state
 
     def _add(self, surface: str, name: str, vertices: int, faces: int, about: str) -> str:
         """Open a surface that is a blob; it goes into the first free slot of the tab in front."""
-        document = self._now
+        document = self._committed
         entry = MeshEntry(
             id=document.next_id(),
             name=name,
@@ -191,7 +203,7 @@ class Session:
         """Begin to write what a tab has as a file; see :mod:`henkei.studio.exports`."""
         try:
             tab = _tab(request)
-            state: Any = self._now.tab(tab)
+            state: Any = self._committed.tab(tab)
             entries = {slot: self._services.entry(mesh) for slot, mesh in state.meshes.items()}
         except HenkeiError as error:
             return {"message": str(error)}
@@ -210,26 +222,34 @@ class Session:
 
     def data(self, blob: str) -> Path | None:
         """The file of a blob; None if there is none."""
-        path = self._services.blobs.path(blob)
-        return path if path.exists() else None
+        try:
+            return self._services.blobs.path(blob)
+        except HenkeiError:
+            return None
 
     def close(self) -> None:
         """The studio ends; what is open is kept."""
+        self._tidying.cancel()
         self._works.close()
         self._kept.close()
 
     # What is done to the document as a whole
 
     def show(self, tab: str) -> None:
-        """Bring a tab to the front; where it has no mesh yet, with those that are open."""
+        """Bring a tab to the front; where it has no mesh yet, with those that are open.
+
+        Not while something was undone, which could not be done again after that.
+        """
         self._tab = tab
-        self._change(self._now.with_tab(tab, self._filled(tab)), "choose mesh", tab)
+        undone = self._kept.history.redo_label is not None
+        state = self._committed.tab(tab) if undone else self._filled(tab)
+        self._change(self._committed.with_tab(tab, state), "choose mesh", tab)
 
     def open_example(self, name: str) -> None:
         """Open the meshes of a built-in example, and its recipe."""
         example = examples.example(name)
         self._progress.expect(f"making {name}")
-        made, document = example.made(), self._now
+        made, document = example.made(), self._committed
         ids: list[str] = []
         for title, surface in made.surfaces:
             entry = MeshEntry(
@@ -251,7 +271,7 @@ class Session:
 
     def remove_mesh(self, mesh: str) -> None:
         """Close a mesh; tabs that it was in have none then."""
-        document, entry = self._now, self._services.entry(mesh)
+        document, entry = self._committed, self._services.entry(mesh)
         left = tuple(one for one in document.meshes if one.id != mesh)
         document = document.model_copy(update={"meshes": left})
         for tab in TABS:
@@ -265,13 +285,15 @@ class Session:
         self._services.entry(mesh)
         renamed = tuple(
             one.model_copy(update={"name": name}) if one.id == mesh else one
-            for one in self._now.meshes
+            for one in self._committed.meshes
         )
-        self._change(self._now.model_copy(update={"meshes": renamed}), "rename mesh", self._tab)
+        self._change(
+            self._committed.model_copy(update={"meshes": renamed}), "rename mesh", self._tab
+        )
 
     def keep_product(self, tab: str, what: str) -> None:
         """Open what a tab has made as a mesh."""
-        self._add(**asdict(TABS[tab].product(self._now.tab(tab), what, self._services)))
+        self._add(**asdict(TABS[tab].product(self._committed.tab(tab), what, self._services)))
 
     def restore(self, session: str) -> None:
         """Go on with an earlier session; the present one is kept."""
@@ -290,11 +312,20 @@ class Session:
 
     @property
     def _now(self) -> Document:
+        """With what is being tried out."""
         document: Document = self._kept.history.now
         return document
 
+    @property
+    def _committed(self) -> Document:
+        """What everything that is done begins from."""
+        document: Document = self._kept.history.committed
+        return document
+
     def _hello(self, client: Client, message: Message) -> None:
-        wanted = message.header.get("session")
+        name, wanted = message.header.get("page"), message.header.get("session")
+        self._names[client] = name if isinstance(name, str) else client
+        self._keep_left()
         known = {offer.id for offer in self._sessions.offers()}
         if isinstance(wanted, str) and wanted in known and not self._now.meshes:
             self._switch(self._sessions.open(wanted))
@@ -302,7 +333,19 @@ class Session:
             self._pages.add(client)
             self._publish()
 
+    def _keep_left(self) -> None:
+        """What a page was trying out that has gone is done; it may come back by its name."""
+        left = self._kept.history.drafted
+        if left is not None and self._dragger not in self._names.values():
+            self._kept.commit(left.document, left.label, left.tab)
+
+    def _settle(self) -> None:
+        """No drag goes on."""
+        for tab in TABS.values():
+            tab.settle(self._services)
+
     def _do(self, client: Client, message: Message) -> None:
+        self._keep_left()
         if message.header.get("tab") == "document":
             document_action(message.header.get("action"), _arguments(message)).do(self)
             return
@@ -323,20 +366,24 @@ class Session:
     def _grab(self, client: Client, message: Message) -> None:
         """A drag begins: if the surface answers it linearly, the page can do without frames."""
         tab = _tab(message.header)
-        basis = TABS[tab].basis(self._now.tab(tab), _arguments(message), self._services)
+        basis = TABS[tab].basis(self._committed.tab(tab), _arguments(message), self._services)
         if basis is not None:
             self._pages.send_basis(client, tab, basis, _arguments(message))
 
     def _drop(self, client: Client, message: Message) -> None:
+        self._keep_left()
         self._kept.drop()
-        for tab in TABS.values():
-            tab.settle(self._services)
-        self._pages.show_positions(self._now, self._tab, exact=True)
+        self._settle()
+        self._publish()
 
     def _undo(self, client: Client, message: Message) -> None:
+        self._keep_left()
+        self._settle()
         self._step(self._kept.undo().tab)
 
     def _redo(self, client: Client, message: Message) -> None:
+        self._keep_left()
+        self._settle()
         self._step(self._kept.redo().tab)
 
     def _step(self, tab: str) -> None:
@@ -378,6 +425,8 @@ class Session:
                 self._publish()
 
         work = action.work(state, self._services)
+        if self._works.is_going_on(tab, work):
+            return
         self._works.start(tab, work, ended, self._pages.show_surface)
 
     def _surfaces(self, tab: str) -> list[str | None]:
@@ -405,6 +454,12 @@ class Session:
         if self._kept.trouble:
             self._notice("warning", self._kept.trouble)
 
+    def _tidy(self) -> None:
+        """Remove what nobody needs any more; on a thread of its own."""
+        with suppress(OSError):
+            self._sessions.tidy()
+            clear_old(self._sessions.folder / DOWNLOADS)
+
     def _notice(self, level: str, message: str) -> None:
         self._pages.tell({"kind": "notice", "level": level, "message": message})
 
@@ -418,17 +473,33 @@ class Session:
             if one.id != self._kept.id and one.meshes
         ]
 
+    def _later(self, work: Callable[[], None]) -> None:
+        """Have something done on the session's thread that no page waits for."""
+
+        def done() -> None:
+            with self._answering(None, None):
+                work()
+
+        self._post(done)
+
     @contextmanager
-    def _answering(self, client: Client, ident: Any) -> Iterator[None]:
-        """Answer what goes wrong, and show the progress of what takes long."""
+    def _answering(self, client: Client | None, ident: Any) -> Iterator[None]:
+        """Answer what goes wrong, to all pages if none asked; show progress of what takes long."""
+
+        def refuse(message: str) -> None:
+            if client is None:
+                self._notice("error", message)
+            else:
+                client.send({"kind": "refused", "id": ident, "message": message})
+
         self._services.progress = self._progress = EngineProgress(self._pages.tell)
         try:
             yield
         except HenkeiError as error:
-            client.send({"kind": "refused", "id": ident, "message": str(error)})
+            refuse(str(error))
         except Exception:
-            _LOG.exception("a message failed")
-            client.send({"kind": "refused", "id": ident, "message": BROKEN})
+            _LOG.exception("something failed")
+            refuse(BROKEN)
         finally:
             self._services.progress = silent
             self._progress.end()

@@ -24,6 +24,7 @@ from henkei.studio.locks import Lock, held
 
 ABOUT, LOCK, DAMAGED = "about.json", "lock", "damaged.jsonl"
 MOST = 20  # sessions that are kept
+AT_HAND = 4  # steps back whose documents are in memory, which may be large; older ones are read
 YOUNG = 3600.0  # seconds in which what nothing refers to is left alone
 _ID = re.compile("[0-9a-f]{16}")
 _BLOB = re.compile(rb"(?<![0-9a-f])[0-9a-f]{32}(?![0-9a-f])")
@@ -76,6 +77,9 @@ class Kept(Generic[Document]):
             self._journal.drop()
             return False
         self._journal.commit(document, label, tab)
+        old = self.history.position - AT_HAND
+        if old >= 0:
+            self.history.let_go(old, self._journal.recall(old))
         return True
 
     def draft(self, document: Document, label: str = "", tab: str = "") -> None:

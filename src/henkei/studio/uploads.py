@@ -19,6 +19,7 @@ READ_RECIPE = "henkei.studio.tasks.read_recipe:run"
 LARGEST = 2 * 2**30  # bytes
 LARGEST_RECIPE = 32 * 2**20
 SECONDS = 120.0
+RECIPE_SECONDS = 30.0
 LONGEST_NAME = 80  # characters
 LONGEST_MESSAGE = 600  # characters
 NO_NAME = "mesh"
@@ -87,7 +88,7 @@ def parse_recipe(
     on_end: OnEnd,
     on_progress: OnProgress = lambda job, message, fraction: None,
     largest: int = LARGEST_RECIPE,
-    seconds: float = SECONDS,
+    seconds: float = RECIPE_SECONDS,
 ) -> str:
     """Read a recipe as :func:`parse` reads a mesh; the result is ``{"tab": method, "recipe": data,
     "name": to show}``.

@@ -19,6 +19,7 @@ Tell = Callable[[dict[str, Any]], None]
 Ended = Callable[[Outcome], None]
 Show = Callable[[dict[str, Any], NDArray[Any]], None]
 EXPORT = "henkei.studio.tasks.export:run"
+DOWNLOADS = "downloads"
 
 
 class Works:
@@ -34,16 +35,20 @@ class Works:
     def __init__(self, folder: Path, blobs: Path, post: Post, tell: Tell) -> None:
         self._post, self._tell = post, tell
         self._jobs = Jobs(blobs)
-        self._downloads = Downloads(folder / "downloads" / secrets.token_hex(8))
-        self._started: dict[str, tuple[str, str]] = {}  # tab and title, for the open document
+        self._downloads = Downloads(folder / DOWNLOADS / secrets.token_hex(8))
+        self._started: dict[str, tuple[str, Work]] = {}  # by tabs, for the open document
 
     @property
     def listed(self) -> list[dict[str, Any]]:
         """The work that goes on, for pages that come."""
         return [
-            {"job": job, "tab": tab, "title": title, "cancellable": True}
-            for job, (tab, title) in self._started.items()
+            {"job": job, "tab": tab, "title": work.title, "cancellable": True}
+            for job, (tab, work) in self._started.items()
         ]
+
+    def is_going_on(self, tab: str, work: Work) -> bool:
+        """Whether just this is being done already."""
+        return (tab, work) in self._started.values()
 
     def start(self, tab: str, work: Work, ended: Ended, show: Show) -> None:
         """Do what an action of a tab asks for.
@@ -65,12 +70,14 @@ class Works:
             self._post(lambda: finished(job, outcome))
 
         def finished(job: str, outcome: Outcome) -> None:
-            if self._started.pop(job, None) is None:
-                return
+            if self._started.pop(job, None) is None:  # of another document
+                return self._told(job, Cancelled())
             for warning in outcome.warnings if isinstance(outcome, Done) else ():
                 self._tell({"kind": "notice", "level": "warning", "message": warning})
-            ended(outcome)
-            self._told(job, outcome)
+            try:
+                ended(outcome)
+            finally:
+                self._told(job, outcome)
 
         job = self._jobs.start(
             Task(work.function, work.request),
@@ -79,20 +86,31 @@ class Works:
             on_snapshot=snapshot,
             on_end=over,
         )
-        self._started[job] = tab, work.title
+        self._started[job] = tab, work
 
     def read(self, path: Path, name: str, ended: Ended, *, alone: bool) -> None:
         """Read a mesh file in a restricted process; see :func:`henkei.studio.uploads.parse`."""
+        over, progress = self._read(ended), self._progress(f"Open {name}")
+        uploads.parse(path, name, self._jobs, on_end=over, on_progress=progress, alone=alone)
+
+    def read_recipe(self, path: Path, name: str, ended: Ended) -> None:
+        """Read a recipe so; see :func:`henkei.studio.uploads.parse_recipe`."""
+        over, progress = self._read(ended), self._progress(f"Open {name}")
+        uploads.parse_recipe(path, name, self._jobs, on_end=over, on_progress=progress)
+
+    def _read(self, ended: Ended) -> Callable[[str, Outcome], None]:
+        """What is done when a file was read."""
 
         def over(job: str, outcome: Outcome) -> None:
             self._post(lambda: finished(job, outcome))
 
         def finished(job: str, outcome: Outcome) -> None:
-            ended(outcome)
-            self._tell({"kind": "ended", "job": job, "outcome": _kind(outcome), "message": ""})
+            try:
+                ended(outcome)
+            finally:
+                self._tell({"kind": "ended", "job": job, "outcome": _kind(outcome), "message": ""})
 
-        progress = self._progress(f"Open {name}")
-        uploads.parse(path, name, self._jobs, on_end=over, on_progress=progress, alone=alone)
+        return over
 
     def write(self, tab: str, request: Mapping[str, Any]) -> str:
         """Write a file, and tell where it can be fetched; the id of the job."""

@@ -55,18 +55,26 @@ def select(page: Driven, region: NDArray[np.integer]) -> None:
     page.rectangle((left, top), (right, bottom))
 
 
+def is_blended(page: Driven, mesh: Mesh, way: list[tuple[float, float]]) -> bool:
+    """Whether the surface follows the mouse along a way without a frame from the server."""
+    received = "() => window.henkei.stats.received.frames"
+    before, places = page.page.evaluate(received), []
+    for place in way:
+        page.page.mouse.move(*place)
+        places.append(moved(page, mesh))
+    return page.page.evaluate(received) == before and len(set(places)) == len(way)
+
+
 def test_a_bumper_is_bent_by_its_arrows(page: Driven) -> None:
     mesh = bumper()
     page.open_example("Bend a bumper")
     page.draw(False)
     assert "drag its arrows" in note(page)
-    received = "() => window.henkei.stats.received.frames"
-    frames = page.page.evaluate(received)
     (x, y), way = page.grasp("z")
     steps = [(x + k * 12 * way[0], y + k * 12 * way[1]) for k in range(6)]
-    page.drag(steps, release=False)
-    page.until(lambda: moved(page, mesh) > 40, "the surface to follow")
-    assert page.page.evaluate(received) == frames  # it was blended on the page
+    page.drag(steps[:4], release=False)
+    page.until(lambda: moved(page, mesh) > 20, "the surface to follow")
+    page.until(lambda: is_blended(page, mesh, steps[4:]), "it to be blended on the page")
     page.page.mouse.up()
     page.settle()
     handle = page.recipe("deform")["handles"][0]
@@ -162,10 +170,7 @@ def test_pins_are_dragged_in_the_plane_of_the_screen(page: Driven, tmp_path: Pat
     ).click()
     page.settle()
     page.press("x")
-    assert (
-        page.recipe("deform")["fixed"] == [{"name": "fixed 1", "region": "rim 1", "weight": None}]
-        or page.recipe("deform")["fixed"][0]["region"] == "rim 1"
-    )
+    assert page.recipe("deform")["fixed"][0]["region"] == "rim 1"
     vertex = int(bumper_parts(2000)["handle"][0])
     page.press("p")
     page.click_vertex("mesh", vertex)
@@ -178,10 +183,8 @@ def test_pins_are_dragged_in_the_plane_of_the_screen(page: Driven, tmp_path: Pat
     np.testing.assert_allclose(page.project("mesh", vertex), np.add(start, (30, -24)), atol=0.01)
     camera = page.camera()
     ahead = np.subtract(camera["target"], camera["position"])
-    depths = [
-        np.subtract(at, camera["position"]) @ ahead for at in (pin["to"], mesh.vertices[vertex])
-    ]
-    assert abs(depths[0] / depths[1] - 1) < 1e-6
+    places = np.array([pin["to"], mesh.vertices[vertex]])
+    np.testing.assert_allclose(*(places - camera["position"]) @ ahead, rtol=1e-6)
 
     page.page.evaluate("() => window.henkei.stage.render()")
     x, y = page.project("mesh", vertex)

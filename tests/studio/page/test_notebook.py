@@ -109,7 +109,7 @@ def test_it_draws_a_surface_as_it_is(opened):
     assert one.positions() == pytest.approx(far.vertices, abs=0.01)
     pixels = one.pixels()
     assert np.abs(middle(pixels) - pixels[SIZE["height"] // 2, 20]).max() > 12
-    assert one.page.locator(".viewer-title").inner_text() == "Ball"
+    assert one.page.locator(".viewer-title").first.inner_text() == "Ball"
     assert one.page.locator("#figures").count() == 0
     assert one.legend() == []
 
@@ -195,9 +195,7 @@ def test_a_morph_plays_to_and_fro(opened):
     one = opened(hk.view(morph()))
     one.page.get_by_role("button", name="Play morph").click()
     one.page.wait_for_function("() => view.values[0] > 0.05 && view.playing === 0")
-    one.page.wait_for_function(
-        "() => (window.most = Math.max(window.most ?? 0, view.values[0])) > 0.6"
-    )
+    one.page.wait_for_function("() => view.values[0] > 0.6")
     one.page.get_by_role("button", name="Pause morph").click()
     before = one.page.evaluate("view.values[0]")
     one.page.wait_for_timeout(120)
@@ -214,9 +212,13 @@ def test_edges_of_quads_have_no_diagonals(opened):
     edges = {tuple(sorted(edge)) for edge in np.reshape(data[0], (-1, 2)).tolist()}
     assert edges == {tuple(edge) for edge in cage.topology.edges.tolist()}
     assert len(data[1]) == data[2] / 3
+
+
+def test_edges_can_be_left_out(opened):
+    one = opened(hk.view(icosphere(2)))
     before = one.pixels()
     one.page.get_by_role("button", name="Edges").click()
-    assert (np.abs(one.pixels() - before).max(axis=2) > 20).sum() > 200
+    assert (np.abs(one.pixels() - before).max(axis=2) > 20).sum() > 500
 
 
 def test_boundaries_and_folds_are_creases(opened):
@@ -261,7 +263,7 @@ def test_it_follows_the_size_of_its_frame(opened):
         "() => document.querySelector('canvas').getBoundingClientRect().width === 300"
     )
     assert one.pixels().shape[:2] == (500, 300)
-    assert np.abs(middle(one.pixels()) - one.pixels()[250, 8]).max() > 12
+    assert np.abs(middle(one.pixels()) - one.pixels()[60, 150]).max() > 12
 
 
 def test_views_from_all_sides(opened):
@@ -310,14 +312,14 @@ def test_outputs_of_a_notebook_stay_apart(notebook):
     one = notebook(shown._repr_html_() + morph()._repr_html_())
     first, second = (one.page.frame_locator("iframe").nth(k) for k in (0, 1))
     drawn(first)
-    assert first.locator(".viewer-title").inner_text() == EVIL
-    assert first.locator(".viewer-legend figcaption").inner_text() == EVIL
+    assert first.locator(".viewer-title").first.inner_text() == EVIL
+    assert first.locator(".viewer-legend figcaption").first.inner_text() == EVIL
     drawn(second)
     assert second.get_by_label("morph", exact=True).is_visible()
     assert one.page.title() == "notebook"
     assert one.page.locator("iframe").first.bounding_box()["height"] == 300
     frame = one.page.frames[1]
-    with pytest.raises(Exception, match="cross-origin|Blocked|SecurityError"):
+    with pytest.raises(Exception, match="cross-origin"):
         frame.evaluate("() => top.document.title")
 
 
@@ -336,9 +338,7 @@ def test_the_wheel_scrolls_the_notebook_until_the_picture_was_clicked(notebook):
     one.page.evaluate("() => scrollTo(0, 0)")
     one.page.mouse.click(310, 200)
     one.page.mouse.wheel(0, 120)
-    one.page.frames[1].wait_for_function(
-        f"() => String(({where})()) !== '{','.join(map(str, before))}'"
-    )
+    one.page.frames[1].wait_for_function(f"(before) => ({where})()[0] !== before", arg=before[0])
     assert one.page.evaluate("scrollY") == 0
 
 
@@ -349,7 +349,8 @@ def test_views_out_of_sight_give_the_graphics_card_back(notebook):
 
     def lives(expected: list[bool]) -> None:
         for frame, alive in zip(one.page.frames[1:], expected, strict=True):
-            frame.wait_for_function(f"() => window.view && !!view.stage === {str(alive).lower()}")
+            wanted = f"() => window.view && !!view.stage === {str(alive).lower()}"
+            frame.wait_for_function(wanted, polling=100)
 
     lives([True, True, False, False])
     assert "data:image/png" in one.page.frames[4].evaluate(

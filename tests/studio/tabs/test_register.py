@@ -466,7 +466,13 @@ def test_vertices_in_holes_are_told_and_marked(tmp_path: Path) -> None:
     rows = {row["label"]: row["value"] for row in desk.view["result"]["figures"]}
     assert rows["Vertices in holes of the target"] == result.quality.bridged
     assert any("holes of the target" in warning for warning in desk.view["warnings"])
-    values = desk.blobs.get_message(desk.view["result"]["colours"][1]["data"]).arrays["values"]
+    off, values = (
+        desk.blobs.get_message(one["data"]).arrays["values"]
+        for one in desk.view["result"]["colours"][:2]
+    )
+    np.testing.assert_array_equal(
+        np.isnan(off), (result.on_target.face[result.faces] < 0).any(axis=1)
+    )
     assert set(np.flatnonzero(np.isnan(values))) == set(cut.topology.unused_vertices.tolist())
 
 

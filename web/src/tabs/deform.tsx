@@ -113,7 +113,7 @@ export const deform: Tab<DeformState, DeformView> = {
         {view.trouble ? <Note level="error">{view.trouble}</Note> : null}
         {view.next && !view.trouble ? <Note level="info">{view.next}</Note> : null}
         <Selection view={view} studio={studio} />
-        <FoundOnSurface view={view} studio={studio} />
+        <FoundOnSurface state={state} view={view} studio={studio} />
         <Parts view={view} studio={studio} />
         <Settings state={state} view={view} studio={studio} />
         <Result view={view} studio={studio} />

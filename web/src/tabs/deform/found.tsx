@@ -1,8 +1,18 @@
-import { Button, Buttons, Choice, count, Hint, IconButton, List, Section } from "../../ui/index.ts";
+import {
+  Button,
+  Buttons,
+  Choice,
+  count,
+  Hint,
+  IconButton,
+  List,
+  Section,
+  Slider,
+} from "../../ui/index.ts";
 import type { Studio } from "../tab.ts";
 import { memory } from "./memory.ts";
 import { modeOf } from "./selecting.ts";
-import { colours, type DeformView, type Found } from "./types.ts";
+import { colours, type DeformState, type DeformView, type Found } from "./types.ts";
 
 const most = 200; // rows that are listed
 const kinds = {
@@ -13,8 +23,10 @@ const kinds = {
   pad: "Pads",
 } as const;
 
+type Props = { state: DeformState; view: DeformView; studio: Studio };
+
 /** What was found on the surface; what is ticked keeps its shape. */
-export function FoundOnSurface({ view, studio }: { view: DeformView; studio: Studio }) {
+export function FoundOnSurface({ state, view, studio }: Props) {
   const { found } = view;
   if (!found) return <NotSought studio={studio} />;
   const present = Object.entries(kinds).filter(([kind]) => found.some((one) => one.kind === kind));
@@ -86,7 +98,27 @@ export function FoundOnSurface({ view, studio }: { view: DeformView; studio: Stu
           <AllHoles found={found} studio={studio} />
         </>
       )}
+      <Folds state={state} studio={studio} />
     </Section>
+  );
+}
+
+/** How sharp an edge is that belongs to a line. */
+function Folds({ state, studio }: { state: DeformState; studio: Studio }) {
+  const { finding } = state.recipe;
+  return (
+    <Slider
+      label="Lines from"
+      hint="Degrees by which the surface folds at a line that is found; 15 for the soft lines of outer panels. What is found may get other names with it"
+      value={finding.angle}
+      min={5}
+      max={90}
+      step={1}
+      unit="°"
+      onChange={(angle) =>
+        studio.do("deform", "change", { recipe: { finding: { ...finding, angle } } })
+      }
+    />
   );
 }
 

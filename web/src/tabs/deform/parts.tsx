@@ -79,7 +79,7 @@ export function Parts({ view, studio }: { view: DeformView; studio: Studio }) {
         />
       </div>
       {look && (
-        <div role="group" aria-label={look.name}>
+        <div role="group" aria-label={look.name} style={{ display: "grid", gap: "6px" }}>
           <Controls key={`${look.kind} ${look.name}`} part={look} studio={studio} />
         </div>
       )}

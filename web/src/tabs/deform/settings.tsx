@@ -1,14 +1,5 @@
 import { useState } from "preact/hooks";
-import {
-  Button,
-  Buttons,
-  Choice,
-  Hint,
-  List,
-  NumberField,
-  Section,
-  Slider,
-} from "../../ui/index.ts";
+import { Button, Buttons, Choice, Hint, List, NumberField, Section } from "../../ui/index.ts";
 import type { Studio } from "../tab.ts";
 import type { DeformState, DeformView, FeaturePart } from "./types.ts";
 
@@ -16,7 +7,7 @@ type Props = { state: DeformState; view: DeformView; studio: Studio };
 
 /** How it is deformed. */
 export function Settings({ state, view, studio }: Props) {
-  const { method, finding } = state.recipe;
+  const { method } = state.recipe;
   return (
     <Section title="Method" open={false}>
       <Choice
@@ -30,16 +21,6 @@ export function Settings({ state, view, studio }: Props) {
       />
       <Symmetry state={state} studio={studio} />
       <Offsets state={state} view={view} studio={studio} />
-      <Slider
-        label="Sharp from"
-        hint="Degrees between two faces from which on their edge is a line that is found; names of features may change with it"
-        value={finding.angle}
-        min={5}
-        max={90}
-        step={1}
-        unit="°"
-        onChange={(angle) => change(studio, { finding: { ...finding, angle } })}
-      />
     </Section>
   );
 }

@@ -2,7 +2,7 @@
 
 import { keep, kept } from "../../shell/kept.ts";
 import type { Job } from "../../state.ts";
-import { Player } from "../combine/player.ts";
+import { Player } from "../shared/player.ts";
 import { Pairing } from "../shared/pairing.ts";
 import type { Studio } from "../tab.ts";
 import { type RegisterView, sideNames } from "./types.ts";

@@ -1,7 +1,7 @@
 /** Brings the viewports to what is looked at: both meshes, or the model over the target. */
 
 import type { Mark, SurfaceData, SurfaceView, View, Viewport } from "../../viewer/index.ts";
-import { bringTo, type Way } from "../combine/morph.ts";
+import { bringTo, type Way } from "../shared/morph.ts";
 import { pairColour } from "../shared/pairing.ts";
 import type { Studio } from "../tab.ts";
 import { MARKS, type Mode, page } from "./page.ts";
@@ -203,7 +203,7 @@ async function paint(
     target.style({
       ...studio.look,
       edges: false,
-      creases: true,
+      creases: false,
       colour: null,
       opacity: 1,
       solid: true,
