@@ -80,17 +80,23 @@ def _measured(page: Any, x: float, y: float, least: int) -> dict[str, Any]:
     page.mouse.move(x + 5, y)
     page.wait_for_timeout(2000)
     asked = {"x": x, "y": y, "by": 40, "least": least}
-    rates, sizes = [], []
+    rates, sizes, taken = [], [], []
     for _ in range(RUNS):
         before = _received(page)
         rates.append(page.evaluate("probe.rate", {**asked, "seconds": SECONDS})["updates"])
         messages, size = (b - a for a, b in zip(before, _received(page), strict=True))
         sizes.append(size / max(messages, 1))
+        taken.append(messages / SECONDS)
     page.wait_for_timeout(1000)
     singles = page.evaluate("probe.latencies", {**asked, "count": SINGLES, "pause": 50})
     page.mouse.up()
     wait(page, IDLE)
-    return {"rate": median(rates), "latency": median(singles), "bytes": median(sizes)}
+    return {
+        "rate": median(rates),
+        "taken": median(taken),
+        "latency": median(singles),
+        "bytes": median(sizes),
+    }
 
 
 def _received(page: Any) -> list[int]:
@@ -124,11 +130,20 @@ def report(measured: dict[str, Any]) -> str:
         "drawn. The page uploads once for each picture of the screen, 60 a second at most. Medians "
         "of five runs."
     )
-    head = ["vertices", "positions", "updates/s", "target", "single move, ms", "kB per frame"]
+    head = [
+        "vertices",
+        "positions",
+        "frames taken/s",
+        "uploads/s",
+        "target",
+        "single move, ms",
+        "kB per frame",
+    ]
     rows = [
         [
             f"{one['vertices']:,}",
             {"frames": "from the server", "blended": "blended in the page"}[name],
+            number(one[name]["taken"]) if name == "frames" else "",
             number(one[name]["rate"]),
             f">= {_target(one['vertices']):g}",
             number(one[name]["latency"]),

@@ -58,7 +58,7 @@ export class Connection {
 
   constructor(
     private readonly listener: Listener,
-    private readonly bits: 32 | 16 = 32,
+    private bits: 32 | 16 = 32,
   ) {
     for (const event of ["online", "pageshow"]) addEventListener(event, () => this.hurry());
     document.addEventListener("visibilitychange", () => this.hurry());
@@ -121,6 +121,22 @@ export class Connection {
     this.send("live", { ...header, sequence }, arrays);
   }
 
+  /** Of coordinates while something is dragged: 16 halve what a slow line has to carry. */
+  get precision(): 32 | 16 {
+    return this.bits;
+  }
+
+  set precision(bits: 32 | 16) {
+    this.bits = bits;
+    if (this.status === "connected") this.greet(this.socket!);
+  }
+
+  private greet(socket: WebSocket): void {
+    this.tabs = {};
+    const { session, bits, page } = this;
+    socket.send(encode({ kind: "hello", session, bits, page }));
+  }
+
   private open(): void {
     clearTimeout(this.timer);
     const socket = new WebSocket(socketAddress());
@@ -129,10 +145,7 @@ export class Connection {
     socket.onopen = () => {
       stats.connections += 1;
       this.wait = shortestWait;
-      this.tabs = {};
-      socket.send(
-        encode({ kind: "hello", session: this.session, bits: this.bits, page: this.page }),
-      );
+      this.greet(socket);
       this.become("connected");
       for (const { bytes } of this.waiting.values()) socket.send(bytes);
       this.flushLive();

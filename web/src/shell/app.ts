@@ -64,7 +64,18 @@ export class App implements Studio, Listener {
   ) {
     this.scenes = new Scenes(this);
     this.followingTheme = followTheme((next) => this.stage.theme(next));
-    this.connection = new Connection(this);
+    this.connection = new Connection(this, kept("slow", false) ? 16 : 32);
+  }
+
+  /** Whether the line is slow: positions then have 16 bits while something is dragged. */
+  get slow(): boolean {
+    return this.connection.precision === 16;
+  }
+
+  set slow(slow: boolean) {
+    keep("slow", slow);
+    this.connection.precision = slow ? 16 : 32;
+    this.redraw();
   }
 
   get viewports() {

@@ -66,7 +66,8 @@ export class Scenes {
       for (const key of viewport.keys) {
         const surface = viewport.surface(key)!;
         const source = this.app.blobs.source(surface.data);
-        if (source && surface.styled.visible) seen.set(source.id, { name: key, ...source });
+        if (source && surface.styled.visible && !seen.has(source.id))
+          seen.set(source.id, { name: key, ...source });
       }
     return [...seen.values()];
   }

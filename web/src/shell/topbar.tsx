@@ -24,6 +24,13 @@ export function TopBar({ app }: { app: App }) {
             disabled: app.isEmpty,
             onSelect: () => void app.begin("new"),
           },
+          "line",
+          {
+            label: "Slow connection",
+            detail: "Half the bytes while dragging, at 16 bits; exact when it is let go",
+            checked: app.slow,
+            onSelect: () => (app.slow = !app.slow),
+          },
         ]}
       />
       <nav role="tablist" aria-label="Methods" onKeyDown={walk}>

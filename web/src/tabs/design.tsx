@@ -226,7 +226,7 @@ function vertexAt(studio: Studio, hit: { surface: string } & Parameters<typeof n
   const { state, view } = here;
   const level = aimedLevel(studio, state, view);
   const finer = (view.shown ?? 0) - level;
-  if (finer < 0) return null;
+  if (finer < 0 || !view.levels) return null; // of a tab that is on its way to the front
   return nearestOfLevel(surface, hit, view.levels[level]!.vertices, 2 ** finer);
 }
 
@@ -242,9 +242,9 @@ async function click(studio: Studio, hit: PickEvent): Promise<void> {
     return;
   }
   if (studio.tool.name === "pin") {
-    const known = new Set(here.view.parts.map((part) => part.name));
+    const known = new Set(here.view.parts?.map((part) => part.name));
     if (!(await studio.do("design", "add_pin", { level, vertex }))) return;
-    const added = now(studio)?.view.parts.find(({ name }) => !known.has(name));
+    const added = now(studio)?.view.parts?.find(({ name }) => !known.has(name));
     if (added) choose(studio, added.name);
   } else if (studio.tool.name === "curve") {
     await studio.do("design", "draw", { level, vertex });
@@ -316,10 +316,10 @@ const middleOf = ({ part, line }: Placed) =>
   part.kind === "pins" ? 0 : Math.floor(line.length / 2);
 
 async function endCurve(studio: Studio): Promise<void> {
-  const known = new Set(now(studio)?.view.parts.map((part) => part.name));
+  const known = new Set(now(studio)?.view.parts?.map((part) => part.name));
   if (!now(studio)?.state.stroke || !(await studio.do("design", "end_curve"))) return;
   studio.take("orbit");
-  const added = now(studio)?.view.parts.find(({ name }) => !known.has(name));
+  const added = now(studio)?.view.parts?.find(({ name }) => !known.has(name));
   if (added) choose(studio, added.name);
 }
 

@@ -289,8 +289,8 @@ class DesignTab(Tab[DesignState]):
             engine.settle()
             level = level_of(state, engine)
             data = _drawn(state, engine, level, services)
-            view["surfaces"] = {SURFACE: {"data": data, "live": True}, "cage": cage}
             view |= described(engine, state.recipe, level, services.progress)
+            view["surfaces"] = {SURFACE: {"data": data, "live": True}, "cage": cage}
             if state.stroke is not None:
                 view["path"] = path_of(state, state.stroke, services)
         except HenkeiError as error:

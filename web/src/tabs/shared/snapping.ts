@@ -22,6 +22,7 @@ export function nearestSeen(
   y: number,
   reach = Infinity,
 ): number | null {
+  if (!viewport.surface(key)) return null;
   const found: { vertex: number; apart: number; at: [number, number] }[] = [];
   for (let i = 0; i < ids.length; i++) {
     const at = viewport.project(key, ids[i]!);
