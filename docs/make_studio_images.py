@@ -5,6 +5,7 @@ python docs/make_studio_images.py [CHROMIUM]
 
 from __future__ import annotations
 
+import io
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 IMAGES = Path(__file__).parent / "images"
@@ -54,7 +56,8 @@ def taken(page: Page, name: str) -> None:
     """Keep a picture."""
     page.mouse.move(700, 80)
     page.wait_for_timeout(SETTLED)
-    page.screenshot(path=IMAGES / f"studio_{name}.png")
+    picture = Image.open(io.BytesIO(page.screenshot()))
+    picture.quantize(256).save(IMAGES / f"studio_{name}.png", optimize=True)
 
 
 def deform(page: Page) -> None:

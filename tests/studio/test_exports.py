@@ -483,6 +483,7 @@ def test_files_are_named_after_meshes(materials, folder, name, stem):
 
 def test_a_stem_is_never_empty():
     assert plain_stem("") == plain_stem("/") == "henkei"
+    assert plain_stem("\u7f51" * 90) == "\u7f51" * 26  # names of files are counted in bytes
 
 
 def test_progress_ends_at_one(materials, folder):

@@ -287,3 +287,12 @@ def test_what_no_session_needs_goes(studio: Studio, tmp_path: Path) -> None:
     os.utime(file, (0, 0))
     session._tidy()
     assert not file.exists()
+
+
+def test_a_design_that_cannot_be_had_shows_its_cage_alone(studio: Studio) -> None:
+    studio.do("document", "example", name="torus")
+    name = studio.page.tabs["design"]["view"]["parts"][0]["name"]
+    studio.do("design", "move_pin", name=name, to=[1e300, 0.0, 0.0])
+    view = studio.page.tabs["design"]["view"]
+    assert "finite" in view["problem"]
+    assert list(view["surfaces"]) == ["cage"]

@@ -20,7 +20,7 @@ Needs = Literal["input", "result"]
 Value = bool | str | tuple[float, ...]
 
 ZIP = ".zip"
-LONGEST_STEM = 80
+LONGEST_STEM = 80  # bytes; systems take 255, of which others stand around it
 MOST_NUMBERS = 20
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the date of every entry, so that bytes depend on the files alone
 
@@ -192,7 +192,7 @@ class Format:
 def plain_stem(text: str) -> str:
     """A name that every system takes as a part of a file's."""
     plain = re.sub(r"[^\w.-]+", "_", text).strip("._-")
-    return plain[:LONGEST_STEM] or "henkei"
+    return plain.encode()[:LONGEST_STEM].decode(errors="ignore") or "henkei"
 
 
 def joined(files: Sequence[Path], folder: Path, stem: str, suffix: str) -> Path:

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from driven import Driven, studio_running
+from henkei import write
 from henkei.recipes.deform import DeformRecipe
-from henkei.shapes import bracket, mediator
+from henkei.shapes import bracket, mediator, plate_with_holes
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -38,6 +39,47 @@ def test_meshes_are_opened_renamed_removed_and_brought_back(page: Driven, tmp_pa
     page.until(lambda: meshes(page) == ["one.obj", "two.obj"], "all as it was")
     page.press("Control+Shift+Z")
     page.until(lambda: meshes(page) == ["first 1 f", "two.obj"], "the new name again")
+
+
+def test_files_are_open_in_the_order_in_which_they_were_chosen(
+    page: Driven, tmp_path: Path
+) -> None:
+    page.draw(False)
+    large, small = tmp_path / "large.obj", tmp_path / "small.obj"
+    write(large, plate_with_holes(60_000))
+    write(small, bracket())
+    page.page.set_input_files("#files", [large, small])
+    page.until(lambda: meshes(page) == ["large.obj", "small.obj"], "both")
+    page.settle()
+    state = page.tab("combine")["state"]
+    assert (state["a"], state["b"]) == ("m1", "m2")
+
+
+def test_keys_work_after_a_release_that_the_page_was_not_told_of(page: Driven) -> None:
+    page.draw(False)
+    page.page.evaluate(
+        "() => document.body.dispatchEvent("
+        "new PointerEvent('pointerdown', {bubbles: true, button: 2, buttons: 2}))"
+    )
+    page.page.keyboard.press("4")
+    assert page.page.evaluate(TAB) == "Combine"
+    page.page.mouse.move(300, 300)
+    page.page.keyboard.press("4")
+    page.until(lambda: page.page.evaluate(TAB) == "Quad", "the tab")
+
+
+def test_a_page_that_is_loaded_again_in_a_drag_has_it_as_a_step(page: Driven) -> None:
+    page.draw(False)
+    page.open_example("Bend a bumper")
+    page.page.evaluate(
+        "() => window.henkei.studio.live('deform', 'move_handle',"
+        " {name: 'emblem', move: {translation: [0, 0, 33]}})"
+    )
+    page.page.wait_for_function("() => window.henkei.stats.received.frames > 1")
+    page.load()
+    assert page.state["undo"] == "move handle"
+    (handle,) = page.recipe("deform")["handles"]
+    assert handle["move"]["translation"] == [0, 0, 33]
 
 
 def test_files_are_dropped_and_what_is_wrong_with_them_is_told(page: Driven) -> None:

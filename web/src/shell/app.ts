@@ -320,8 +320,11 @@ export class App implements Studio, Listener {
   async upload(files: Iterable<File>): Promise<string[]> {
     const given = [...files];
     const left = (await this.tab.receive?.(this, given)) ?? given;
-    const opened = await Promise.all(left.map((file) => this.uploadOne(file)));
-    const meshes = opened.filter((mesh) => mesh !== null);
+    const meshes: string[] = [];
+    for (const file of left) {
+      const mesh = await this.uploadOne(file); // one by one: meshes are open in the files' order
+      if (mesh !== null) meshes.push(mesh);
+    }
     if (meshes.length > 0) {
       if (this.overlay === "start") this.show(null);
     }

@@ -99,6 +99,11 @@ function Waiting({ app }: { app: App }) {
           <span class="spinner" /> Connecting to the studio …
         </>
       )}
+      {app.status === "connected" && (
+        <>
+          <span class="spinner" /> The studio is at work, and answers when that is done …
+        </>
+      )}
       {app.status === "locked" && <Locked />}
     </div>
   );

@@ -45,6 +45,8 @@ export function listenToKeys(app: App): void {
     ["pointercancel", false],
   ] as const)
     addEventListener(event, () => (dragging = is), true);
+  // a release over a menu of the browser's own is not told
+  addEventListener("pointermove", ({ buttons }) => (dragging &&= buttons !== 0), true);
   addEventListener("click", (event) => {
     // after a click by mouse, Space is not for that button
     const button = (event.target as Element).closest("button:not([aria-haspopup])");
