@@ -100,10 +100,10 @@ export class Connection {
     if (this.status === "connected") this.socket!.send(encode({ ...header, kind }, arrays));
   }
 
-  /** Ends a drag without committing it. */
+  /** Ends a drag without committing it; where the server is away, when it is back. */
   drop(): void {
     this.nextLive = null;
-    this.send("drop");
+    void this.ask("drop");
   }
 
   private flushLive(): void {

@@ -8,12 +8,6 @@ import { quad } from "./quad.tsx";
 import { register } from "./register.tsx";
 import type { AnyTab } from "./tab.ts";
 
-export const tabs: readonly AnyTab[] = [
-  combine,
-  register,
-  deform,
-  quad,
-  design,
-];
+export const tabs: readonly AnyTab[] = [combine, register, deform, quad, design];
 
 export const tabNamed = (name: TabName) => tabs.find((tab) => tab.name === name);
