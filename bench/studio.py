@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 import henkei as hk
+from bench import studio_viser
 from bench.peers import machine
 from bench.report import lines, number, table
 from bench.studio_page import chromium, studio, wait
@@ -29,7 +32,12 @@ ARROW = "window.henkei.stage.viewports[0].gizmo.controls.get('translate')?.axis"
 
 def run(sizes: list[int], budget: float, folder: Path) -> dict[str, Any]:
     """Measure drags of sheets with so many vertices."""
-    return {"drags": [_drag(n, folder) for n in sizes], "machine": machine()}
+    peer = studio_viser.installed()
+    return {
+        "drags": [_drag(n, folder) for n in sizes],
+        "viser": [_peer(n, folder) for n in sizes] if peer else None,
+        "machine": machine(),
+    }
 
 
 def sheet(count: int) -> tuple[hk.Mesh, dict[str, Any]]:
@@ -54,7 +62,11 @@ def _drag(count: int, folder: Path) -> dict[str, Any]:
     path = folder / f"sheet-{count}.ply"
     hk.write(path, mesh)
     found: dict[str, Any] = {"vertices": len(mesh.vertices)}
-    with studio(folder / f"studio-{count}") as address, chromium() as page:
+    with (
+        TemporaryDirectory(dir=folder) as sessions,
+        studio(Path(sessions)) as address,
+        chromium() as page,
+    ):
         page.goto(address)
         wait(page, IDLE)
         page.evaluate("() => { window.henkei.stage.drawing = false; probe.drawing = false; }")
@@ -65,36 +77,54 @@ def _drag(count: int, folder: Path) -> dict[str, Any]:
         found["opening"] = time.perf_counter() - started
         page.evaluate("(recipe) => henkei.studio.do('deform', 'load', {recipe})", recipe)
         wait(page, IDLE)
-        x, y = _arrow(page, recipe["handles"][0]["region"]["vertices"])
         for name, how in (("frames", FRAMED), ("blended", BLENDED)):
             page.evaluate(how)
-            found[name] = _measured(page, x, y, 4 * len(mesh.vertices))
+            x, y = _arrow(page, recipe["handles"][0]["region"]["vertices"])
+            found[name] = measured(page, x, y, 4 * len(mesh.vertices), _received)
+            came = found[name]["taken"]
+            assert (came == 0) == (name == "blended"), f"{came} frames a second while {name}"
+            wait(page, IDLE)
+            page.evaluate("henkei.studio.undo()")
+            wait(page, IDLE)
             print(f"studio, {count}, {name}: {found[name]}", flush=True)
     return found
 
 
-def _measured(page: Any, x: float, y: float, least: int) -> dict[str, Any]:
-    """Medians over one drag: updates a second, milliseconds of single moves, bytes per update."""
+def _peer(count: int, folder: Path) -> dict[str, Any]:
+    mesh, _ = sheet(count)
+    with studio_viser.dragged(mesh, folder) as (page, x, y):
+        found = measured(page, x, y, 4 * len(mesh.vertices))
+    print(f"studio, {count}, viser: {found}", flush=True)
+    return {"vertices": len(mesh.vertices), **found}
+
+
+def measured(
+    page: Any, x: float, y: float, least: int, received: Callable[[Any], list[int]] | None = None
+) -> dict[str, Any]:
+    """Medians over one drag: updates a second, and milliseconds of single moves.
+
+    x, y : pixel of what is dragged; least : bytes of an update; received : how many frames, and
+    bytes, have come.
+    """
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 5, y)
     page.wait_for_timeout(2000)
     asked = {"x": x, "y": y, "by": 40, "least": least}
-    rates, sizes, taken = [], [], []
+    rates, frames, sizes = [], [], []
     for _ in range(RUNS):
-        before = _received(page)
+        before = received(page) if received else [0, 0]
         rates.append(page.evaluate("probe.rate", {**asked, "seconds": SECONDS})["updates"])
-        messages, size = (b - a for a, b in zip(before, _received(page), strict=True))
-        sizes.append(size / max(messages, 1))
-        taken.append(messages / SECONDS)
+        after = received(page) if received else [0, 0]
+        frames.append((after[0] - before[0]) / SECONDS)
+        sizes.append((after[1] - before[1]) / max(after[0] - before[0], 1))
     page.wait_for_timeout(1000)
     singles = page.evaluate("probe.latencies", {**asked, "count": SINGLES, "pause": 50})
     page.mouse.up()
-    wait(page, IDLE)
     return {
         "rate": median(rates),
-        "taken": median(taken),
         "latency": median(singles),
+        "taken": median(frames),
         "bytes": median(sizes),
     }
 
@@ -127,8 +157,11 @@ def report(measured: dict[str, Any]) -> str:
         "Written by `python -m bench studio`: `henkei studio` in a process, its page in headless "
         "Chromium. A handle of a wavy sheet is dragged by pointer events every 4 ms; an update "
         "counts when the positions were uploaded to the graphics card's buffers, and nothing is "
-        "drawn. The page uploads once for each picture of the screen, 60 a second at most. Medians "
-        "of five runs."
+        "drawn. The page uploads once for each picture of the screen, so that 60 a second is the "
+        "most there can be; frames taken are what came from the server and was applied. Medians of "
+        "five runs. viser, in the same browser and run: its gizmo is dragged, and what it tells "
+        "Python is answered there by a product and a sum in place of a solution, assigned to "
+        "`mesh.vertices`."
     )
     head = [
         "vertices",
@@ -152,6 +185,9 @@ def report(measured: dict[str, Any]) -> str:
         for one in measured["drags"]
         for name in ("frames", "blended")
     ]
+    for one, peer in zip(measured["drags"], measured["viser"] or [], strict=False):
+        more = number(peer["rate"]), "", number(peer["latency"]), ""
+        rows.append([f"{one['vertices']:,}", "viser", "", *more])
     opening = [[f"{one['vertices']:,}", number(one["opening"])] for one in measured["drags"]]
     return lines(
         "# Studio: measured",
@@ -159,6 +195,7 @@ def report(measured: dict[str, Any]) -> str:
         table(head, rows),
         "Opening a mesh, from the file dialog until it is shown:",
         table(["vertices", "s"], opening),
+        *([] if measured["viser"] else ["viser is not installed: `pip install viser`."]),
         f"Target of a single move at 14,000 vertices: below {LATENCY:g} ms.",
         f"{measured['machine']}.",
     )

@@ -33,7 +33,8 @@ for (const name of ["bufferData", "bufferSubData"]) {
     probe.batch[1] += bytes;
   };
 }
-for (const name of ["drawElements", "drawArrays", "drawElementsInstanced", "drawArraysInstanced"]) {
+for (const name of ["clear", "drawElements", "drawArrays", "drawElementsInstanced",
+                    "drawArraysInstanced", "blitFramebuffer"]) {
   const own = WebGL2RenderingContext.prototype[name];
   WebGL2RenderingContext.prototype[name] = function (...given) {
     if (probe.drawing) own.apply(this, given);

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import os
 import signal
 import subprocess
@@ -13,6 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 import henkei.cli.studio as command
+from apart import run
 from henkei.cli import main
 from henkei.errors import InvalidInput, MissingDependency
 from henkei.io.page import page_folder
@@ -135,7 +135,7 @@ def test_a_library_that_is_missing_is_named(library, monkeypatch, capsys):
 
 def begin_and_end(engine: Engine) -> None:
     engine.start()
-    asyncio.run(engine.close(30))
+    run(engine.close(30))
 
 
 def test_files_are_opened_when_the_session_is_there(started, tmp_path, monkeypatch):

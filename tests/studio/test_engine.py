@@ -7,6 +7,7 @@ import threading
 
 import pytest
 
+from apart import run
 from henkei.studio.engine import Engine, Worker
 from served import Noting
 
@@ -49,7 +50,7 @@ def test_a_session_hears_of_what_was_posted_until_it_is_closed(caplog):
     engine.post(lambda: session.noted.append(("posted", 1)))
     engine.post(lambda: [][1])
     engine.start()
-    asyncio.run(engine.close(30))
+    run(engine.close(30))
     assert [what for what, _ in session.noted] == ["posted", "close"]
     assert "IndexError" in caplog.text
     engine.post(lambda: session.noted.append(("too late", 1)))
@@ -62,14 +63,14 @@ def test_the_end_does_not_wait_for_ever():
     engine = Engine(lambda post: Noting())
     engine.submit(enough.wait, 30)
     engine.start()
-    asyncio.run(engine.close(0.01))
+    run(engine.close(0.01))
     assert engine.busy
     enough.set()
 
 
 def test_a_session_that_was_never_needed_is_not_opened_at_the_end():
     opened = []
-    asyncio.run(Engine(lambda post: opened.append(post)).close(30))
+    run(Engine(lambda post: opened.append(post)).close(30))
     assert not opened
 
 
@@ -81,6 +82,6 @@ def test_what_nobody_waits_for_any_more_is_done_all_the_same():
             await asyncio.wait_for(worker.run(done.set), 0.01)
         worker.start()
 
-    asyncio.run(give_up())
+    run(give_up())
     assert done.wait(30)
     worker.end()

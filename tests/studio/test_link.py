@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from starlette.websockets import WebSocketDisconnect
 
+import apart
 from henkei.errors import Infeasible
 from henkei.studio import link
 from henkei.studio.engine import Worker
@@ -102,7 +103,7 @@ def linked(session: Noting, test: Callable[[Bench], Awaitable[None]]) -> None:
         finally:
             bench.engine.end()
 
-    asyncio.run(run())
+    apart.run(run())
     (client,) = session.all("connected")
     assert session.all("disconnected") == [client]
     assert session.threads == {"engine"}

@@ -20,8 +20,9 @@ export type Outcome = { done: true } | { done: false; message: string };
 export interface Listener {
   onStatus(status: Status): void;
   onState(state: State): void;
-  /** Returns when the positions are in the buffers: only then is the frame acknowledged. */
   onFrame(message: Message<FrameHeader>): void;
+  /** Calls back when the positions are with the graphics card: then the frame is acknowledged. */
+  whenDrawn(done: () => void): void;
   onBasis(message: Message<BasisHeader>): void;
   onProgress(job: Job): void;
   onEnded(ended: Ended): void;
@@ -220,7 +221,7 @@ export class Connection {
     try {
       this.listener.onFrame(message);
     } finally {
-      this.send("ack", { number });
+      this.listener.whenDrawn(() => this.send("ack", { number }));
     }
     stats.received.frames += 1;
     if (sequence == null) return;

@@ -131,6 +131,10 @@ export class App implements Studio, Listener {
     if (this.scenes.shown === message.header.tab) this.tab.frame?.(message, this);
   }
 
+  whenDrawn(done: () => void): void {
+    this.stage.whenDrawn(done);
+  }
+
   onBasis(message: Message<BasisHeader>): void {
     if (this.scenes.shown === message.header.tab) this.tab.basis?.(message, this);
   }

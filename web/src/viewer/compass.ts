@@ -15,6 +15,7 @@ const ARM = 17;
 export class Compass {
   private readonly element = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   private readonly arms: { line: SVGElement; letter: SVGElement; axis: number }[];
+  private turned = "";
 
   constructor(parent: HTMLElement) {
     this.element.classList.add("viewer-compass");
@@ -33,6 +34,9 @@ export class Compass {
 
   /** Turns as the scene is seen; arms toward the eye are over those away from it. */
   turn({ right, up, ahead }: Eye): void {
+    const now = [right, up, ahead].join();
+    if (now === this.turned) return;
+    this.turned = now;
     const depth = (axis: number) => (ahead as Point)[axis]!;
     for (const { line, letter, axis } of this.arms) {
       const [x, y] = [right[axis]! * ARM, -up[axis]! * ARM];

@@ -8,6 +8,9 @@ import { Viewport } from "./viewport";
 /** Pixels of the canvas for one of the page, at most. */
 const RATIO = 2;
 
+/** Milliseconds after which a picture counts as drawn that is not, as in a hidden tab. */
+const LONGEST_WAIT = 500;
+
 const LABELS = ["First view", "Second view"];
 
 /** Figures for those who measure. */
@@ -33,6 +36,7 @@ export class Stage {
   private readonly watch: ResizeObserver;
   private shown = 1;
   private scheduled = 0;
+  private waiting: (() => void)[] = [];
   private readonly keys = new AbortController();
 
   /**
@@ -133,6 +137,16 @@ export class Stage {
     this.scheduled ||= requestAnimationFrame(() => this.draw(false));
   }
 
+  /** Calls back when what was changed is with the graphics card; soon, where nothing is drawn. */
+  whenDrawn(done: () => void): void {
+    if (!this.scheduled) return done();
+    if (this.waiting.push(done) === 1) setTimeout(() => this.drawn(), LONGEST_WAIT);
+  }
+
+  private drawn(): void {
+    for (const done of this.waiting.splice(0)) done();
+  }
+
   /** Shows all that viewports with a pose hold, about the middle of the first. */
   private fit(pose: Pose): void {
     const linked = this.viewports.filter((viewport) => viewport.pose === pose);
@@ -167,6 +181,7 @@ export class Stage {
     }
     this.stats.frames += 1;
     this.stats.draw = performance.now() - started;
+    this.drawn();
   }
 
   private lost(event: Event): void {

@@ -59,12 +59,13 @@ export function resizeBrush(studio: Studio, factor: number): void {
   studio.changed();
 }
 
+const often = 100; // milliseconds: nobody reads figures that change more often
 let scheduled = 0;
 
-/** Draws the panel again before the next picture, however often it is asked for until then. */
+/** Draws the panel again soon, however often it is asked for until then. */
 export function soon(studio: Studio): void {
-  scheduled ||= requestAnimationFrame(() => {
+  scheduled ||= window.setTimeout(() => {
     scheduled = 0;
     studio.changed();
-  });
+  }, often);
 }
