@@ -76,7 +76,7 @@ def _drag(count: int, folder: Path) -> dict[str, Any]:
         wait(page, f"{APP}.state?.meshes.length && {IDLE}")
         found["opening"] = time.perf_counter() - started
         page.evaluate("(recipe) => henkei.studio.do('deform', 'load', {recipe})", recipe)
-        wait(page, IDLE)
+        wait(page, f"{IDLE} && !{APP}.state.tabs.deform.view.preparing")
         for name, how in (("frames", FRAMED), ("blended", BLENDED)):
             page.evaluate(how)
             x, y = _arrow(page, recipe["handles"][0]["region"]["vertices"])

@@ -292,3 +292,15 @@ def test_handles_have_no_other_settings():
     with pytest.raises(InvalidInput, match="scale of 'grip'"):
         handle.move((1, 1, 1), scale=-1)
     np.testing.assert_array_equal(handle.translation, (0, 0, 1))
+
+
+@pytest.mark.parametrize("far", [1e120, 1e300])
+def test_poses_so_far_that_lengths_overflow(far: float) -> None:
+    deformer = held()
+    (handle,) = deformer.handles
+    handle.move(translation=[0, 0, far])
+    with pytest.raises(InvalidInput, match="moved so far that lengths overflow"):
+        deformer.solve()
+    handle.move(translation=[0, 0, 1e90])
+    deformer.solve()
+    assert np.isfinite(deformer.quality.strain)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any
 
 import numpy as np
@@ -10,9 +12,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from henkei.errors import HenkeiError
 from henkei.mesh import Mesh, Surface
-from henkei.progress import silent
+from henkei.progress import Progress, silent
 from henkei.recipes.deform import DeformRecipe
 from henkei.shapes import bracket
+from henkei.studio.aside import at_once
 from henkei.studio.deforming import Engine, structure
 from henkei.workflows.deform_by_recipe import deform_by_recipe
 from henkei.workflows.regions import Regions
@@ -39,8 +42,12 @@ def recipe(move: dict[str, Any] | None = None, **changes: Any) -> DeformRecipe:
     return DeformRecipe.of({**BASE, "handles": [handle], **changes})
 
 
+def now(work: Callable[[Progress], None]) -> Future[None]:
+    return at_once(work, silent)
+
+
 def test_positions_are_those_of_the_recipe_in_any_order(surface: Surface, regions: Regions) -> None:
-    engine = Engine(recipe(), regions, silent)
+    engine = Engine(recipe(), regions, now)
     recipes = [
         recipe({"translation": [0, 0, 20]}),
         recipe({"rotation": [40, 0, 0]}, features=[{"region": "hole *", "scale": 1.2}]),
@@ -55,7 +62,7 @@ def test_positions_are_those_of_the_recipe_in_any_order(surface: Surface, region
 
 def test_a_drag_gives_what_is_solved(regions: Regions) -> None:
     start = {"translation": [0, 3, 0], "rotation": [10, 0, 0]}
-    engine, other = (Engine(recipe(), regions, silent) for _ in range(2))
+    engine, other = (Engine(recipe(), regions, now) for _ in range(2))
     drag = engine.drag(recipe(start), "edge")
     assert_allclose(drag.positions(), other.positions(recipe(start)), atol=1e-9)
     for k in range(3):
@@ -81,7 +88,7 @@ def test_what_cannot_be_prepared_is_told_again_and_nothing_is_lost(surface: Surf
         np.concatenate([surface.vertices, surface.vertices + np.array([0, 500, -500])]),
         np.concatenate([faces, faces + len(surface.vertices)]),
     )
-    engine = Engine(recipe(features=[]), Regions(two), silent)
+    engine = Engine(recipe(features=[]), Regions(two), now)
     for _ in range(2):
         with pytest.raises(HenkeiError, match="not held"):
             engine.positions(recipe(features=[]))

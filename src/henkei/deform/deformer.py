@@ -19,7 +19,7 @@ from henkei.deform.settings import Method, Settings
 from henkei.deform.symmetry import Symmetry
 from henkei.errors import InvalidInput, some
 from henkei.geometry.arguments import is_number
-from henkei.geometry.requirements import require_measurable_faces
+from henkei.geometry.requirements import MOST, require_measurable_faces
 from henkei.mesh import Floats, Surface
 from henkei.progress import Progress, silent
 from henkei.showing import Showing
@@ -266,11 +266,14 @@ class Deformer(Showing):
         Raises
         ------
         Infeasible : constraints contradict each other; the message names them.
-        InvalidInput : as :meth:`prepare`, which is called if it has not been.
+        InvalidInput : as :meth:`prepare`, which is called if it has not been; or a pose is so far
+            away that lengths overflow.
         """
         _require_known(method)
         prepared = self._ready()
-        positions = self.mesh.vertices + prepared.solve(method)
+        displacement = prepared.solve(method)
+        _require_measurable(displacement)
+        positions = self.mesh.vertices + displacement
         self._solution = Solution(
             positions,
             [copy(body) for body in self._bodies],
@@ -384,6 +387,14 @@ class Deformer(Showing):
 def _require_known(method: str) -> None:
     if method not in ("linear", "refined"):
         raise InvalidInput(f"method must be 'linear' or 'refined', not {method!r}")
+
+
+def _require_measurable(displacement: Floats) -> None:
+    if not np.abs(displacement).max(initial=0.0) <= MOST:
+        raise InvalidInput(
+            "the surface is moved so far that lengths overflow; bring the handles, pins and scales "
+            "to numbers of the mesh's own size"
+        )
 
 
 def _checked_weight(weight: float | None, name: str) -> float | None:

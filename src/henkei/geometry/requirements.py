@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from henkei.errors import (
     DegenerateFaces,
@@ -51,6 +52,7 @@ Check = Callable[[Surface], Problem | None]
 
 LEAST, MOST = 1e-100, 1e100  # extent, so that squares of lengths neither vanish nor overflow
 NO_AREA = 1e-14  # of a face by the square of its longest edge
+_AT_ONCE = 1 << 14  # faces, so that what is computed of them stays in the cache
 ROUNDING = 1e-12  # extent by distance from the origin
 
 
@@ -158,7 +160,9 @@ def finite(surface: Surface) -> Problem | None:
 
 def measurable(surface: Surface) -> Problem | None:
     """Neither so large, so small nor so far from the origin that lengths drown in rounding."""
-    used = surface.vertices[surface.indices]
+    is_used = np.zeros(len(surface.vertices), dtype=bool)
+    is_used[surface.indices] = True
+    used = surface.vertices[is_used]
     with np.errstate(over="ignore"):
         extent = float(np.ptp(used, axis=0).max()) if len(used) else 0.0
     farthest = float(np.abs(used).max()) if len(used) else 0.0
@@ -187,13 +191,8 @@ def not_degenerate(surface: Surface) -> Problem | None:
 
 def with_area(surface: Surface) -> Problem | None:
     """No face has zero area, up to rounding."""
-    ends = surface.vertices[surface.topology.target] - surface.vertices[surface.indices]
-    longest = np.maximum.reduceat(np.einsum("hi,hi->h", ends, ends), surface.offsets[:-1])
-    start = surface.vertices[surface.indices[surface.offsets[:-1]]][surface.topology.face]
-    spokes = surface.vertices[surface.indices] - start
-    crosses = np.cross(spokes, spokes + ends)
-    area = np.linalg.norm(np.add.reduceat(crosses, surface.offsets[:-1]), axis=1)
-    bad = np.flatnonzero(area <= NO_AREA * longest)
+    starts = range(0, surface.face_count, _AT_ONCE)
+    bad = np.concatenate([[], *(_without_area(surface, start) for start in starts)]).astype(int)
     if not len(bad):
         return None
     return Problem(
@@ -202,6 +201,19 @@ def with_area(surface: Surface) -> Problem | None:
         "henkei.without_degenerate_faces(mesh) removes those that repeat a vertex; collapse or "
         "flip an edge of the others",
     )
+
+
+def _without_area(surface: Surface, start: int) -> NDArray[np.intp]:
+    """Those of the faces from ``start`` on, as many as are looked at together, that have none."""
+    bounds = surface.offsets[start : start + _AT_ONCE + 1]
+    corners, first = slice(bounds[0], bounds[-1]), bounds[:-1] - bounds[0]
+    places = surface.vertices[surface.indices[corners]]
+    ends = surface.vertices[surface.topology.target[corners]] - places
+    longest = np.maximum.reduceat(np.einsum("hi,hi->h", ends, ends), first)
+    spokes = places - places[first][surface.topology.face[corners] - start]
+    crosses = np.cross(spokes, spokes + ends)
+    area = np.linalg.norm(np.add.reduceat(crosses, first), axis=1)
+    return start + np.flatnonzero(area <= NO_AREA * longest)
 
 
 def manifold(surface: Surface) -> Problem | None:

@@ -222,13 +222,24 @@ def _bounds(mesh: Mesh, camera: Camera, near: float) -> tuple[Floats, Floats]:
     infinite.
     """
     seen = (mesh.vertices - np.array(camera.position)) @ camera.frame.T
-    start, end = seen[mesh.faces], seen[np.roll(mesh.faces, -1, axis=1)]
+    places, ahead = camera.divided(seen), (seen[:, 2] >= near)[mesh.faces]
+    a, b, c = (places[mesh.faces[:, i]] for i in range(3))
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    low[~ahead.all(axis=1)], high[~ahead.all(axis=1)] = np.inf, -np.inf
+    cut = np.flatnonzero(ahead.any(axis=1) & ~ahead.all(axis=1))
+    low[cut], high[cut] = _cut_bounds(seen[mesh.faces[cut]], camera, near)
+    return low, high
+
+
+def _cut_bounds(start: Floats, camera: Camera, near: float) -> tuple[Floats, Floats]:
+    """The same for corners (k, 3, 3) of faces, as the camera sees them, that are cut."""
+    end = np.roll(start, -1, axis=1)
     ahead = start[:, :, 2] >= near
     crosses = ahead != (end[:, :, 2] >= near)
     rise = np.where(crosses, end[:, :, 2] - start[:, :, 2], 1.0)
-    cut = start + ((near - start[:, :, 2]) / rise)[:, :, None] * (end - start)
-    cut[:, :, 2] = near
-    corners = np.concatenate([start, cut], axis=1)
+    between = start + ((near - start[:, :, 2]) / rise)[:, :, None] * (end - start)
+    between[:, :, 2] = near
+    corners = np.concatenate([start, between], axis=1)
     kept = np.concatenate([ahead, crosses], axis=1)
     corners[~kept, 2] = near
     places = camera.divided(corners.reshape(-1, 3)).reshape(-1, 6, 2)

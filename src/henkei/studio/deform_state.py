@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import Future
 from fnmatch import fnmatchcase
 from typing import Any, ClassVar, Literal, get_args
 
@@ -10,9 +12,11 @@ import numpy as np
 from henkei.errors import HenkeiError, InvalidInput
 from henkei.geometry.creases import Indices
 from henkei.mesh import Floats
+from henkei.progress import Progress
 from henkei.recipes.deform import DeformRecipe, Feature, Move
 from henkei.recipes.recipe import Index, Part
 from henkei.recipes.regions import Found
+from henkei.studio.aside import at_once
 from henkei.studio.deforming import Engine, structure
 from henkei.studio.services import Services
 from henkei.studio.tabs.base import Flag, MeshId, TabState
@@ -22,6 +26,9 @@ Kind = Literal["fixed", "handles", "features", "pins"]
 RegionKind = Literal["fixed", "handles", "features"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 REGION_KINDS: tuple[RegionKind, ...] = get_args(RegionKind)
+
+
+LONG = 50_000  # vertices from which on nobody waits for systems to be factored
 
 
 class DeformState(TabState):
@@ -139,8 +146,10 @@ def engine_of(state: DeformState, services: Services) -> Engine:
     ------
     HenkeiError : the recipe does not fit the mesh.
     """
-    key = (services.entry(state.mesh).surface, structure(state.recipe))
-    return services.engine("deform", key, lambda: _engine(state, services))
+    latest = _latest(state, services)
+    return services.engine(
+        "deform", _key(state, services), lambda: _engine(state, services, latest)
+    )
 
 
 def checked(state: DeformState, services: Services) -> DeformState:
@@ -150,18 +159,36 @@ def checked(state: DeformState, services: Services) -> DeformState:
     ------
     HenkeiError : the recipe does not fit the mesh: parts overlap, say, or a pad is not planar.
     """
-    engine = _engine(state, services)
-    key = (services.entry(state.mesh).surface, structure(state.recipe))
-    services.engine("deform", key, lambda: engine)
+    engine = _engine(state, services, _latest(state, services))
+    services.engine("deform", _key(state, services), lambda: engine)
     return state
 
 
-def _engine(state: DeformState, services: Services) -> Engine:
-    return Engine(
-        state.recipe,
-        regions_of(state, services),
-        lambda message, fraction: services.progress(message, fraction),
-    )
+def _key(state: DeformState, services: Services) -> tuple[Any, ...]:
+    """What an engine is made for."""
+    return services.entry(state.mesh).surface, structure(state.recipe)
+
+
+def _latest(state: DeformState, services: Services) -> Floats | None:
+    """Positions (n, 3) of this mesh that were shown last, if any were."""
+    engine = services.present("deform")
+    same = isinstance(engine, Engine) and engine.stage.deformer.mesh is services.surface(state.mesh)
+    return engine.latest if same else None
+
+
+def _engine(state: DeformState, services: Services, latest: Floats | None) -> Engine:
+    def run(work: Callable[[Progress], None]) -> Future[None]:
+        if services.aside is None or services.entry(state.mesh).vertices < LONG:
+            return at_once(work, services.progress)
+        return services.aside.start(
+            "Prepare the deformation",
+            work,
+            wanted=lambda: services.has_engine("deform", key),
+            then=lambda: services.renew("deform"),
+        )
+
+    key = _key(state, services)
+    return Engine(state.recipe, regions_of(state, services), run, latest)
 
 
 def positions_of(state: DeformState, services: Services) -> Floats:

@@ -12,7 +12,7 @@ from henkei.errors import HenkeiError
 from henkei.recipes.deform import Move, Pin
 from henkei.studio.deform_parts import knows_features
 from henkei.studio.deform_state import DeformState, engine_of, regions_of
-from henkei.studio.deforming import Engine
+from henkei.studio.deforming import Engine, Preparing
 from henkei.studio.packing import KIND
 from henkei.studio.services import Services
 from henkei.workflows.deform_by_recipe import Deformed
@@ -35,6 +35,7 @@ def described(state: DeformState, services: Services) -> dict[str, Any]:
         "figures": [],
         "warnings": [],
         "trouble": None,
+        "preparing": False,
         "next": state.next,
         "linear": state.recipe.method == "linear",
     }
@@ -49,6 +50,8 @@ def described(state: DeformState, services: Services) -> dict[str, Any]:
             deformed = engine.deformed(state.recipe)
             told["figures"] = _figures(deformed, engine)
             told["warnings"] = list(deformed.warnings)
+    except Preparing:
+        told["preparing"] = True
     except HenkeiError as error:
         told["trouble"] = str(error)
     return told

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,9 +32,23 @@ def structure(recipe: DeformRecipe) -> tuple[Any, ...]:
     )
 
 
+class Preparing(HenkeiError):
+    """The systems are being factored; what needs them can be had when that is done."""
+
+
+Run = Callable[[Callable[[Progress], None]], "Future[None]"]
+
+
 class Engine:
     """The deformer of a recipe's structure; its systems are factored when they are first needed.
 
+    Parameters
+    ----------
+    run : has them factored, now or on another thread.
+    latest : positions (n, 3) that were shown before.
+
+    Attributes
+    ----------
     stage : the deformer with the parts of the recipe.
     latest : positions (n, 3) that were solved last; None before the first.
 
@@ -40,11 +57,13 @@ class Engine:
     HenkeiError : as :func:`henkei.workflows.deform_by_recipe.staged`.
     """
 
-    def __init__(self, recipe: DeformRecipe, regions: Regions, progress: Progress) -> None:
+    def __init__(
+        self, recipe: DeformRecipe, regions: Regions, run: Run, latest: Floats | None = None
+    ) -> None:
         self.stage: Staged = staged(recipe, regions.surface, regions=regions)
-        self.latest: Floats | None = None
-        self._progress = progress
-        self._prepared: HenkeiError | bool = False
+        self.latest = latest
+        self._run = run
+        self._prepared: Future[None] | None = None
         self._solved: DeformRecipe | None = None
         self._measured: tuple[DeformRecipe, Deformed] | None = None
         self._drag: tuple[DeformRecipe, int, Drag] | None = None
@@ -82,17 +101,18 @@ class Engine:
             self._drag = self._solved = None
 
     def _prepare(self, recipe: DeformRecipe) -> None:
-        """Factor the systems once; that they cannot be is said again without trying again."""
-        if isinstance(self._prepared, HenkeiError):
-            raise self._prepared
-        if self._prepared:
-            return
-        try:
-            self.stage.prepare(recipe, self._progress)
-            self._prepared = True
-        except HenkeiError as error:
-            self._prepared = error
-            raise
+        """Factor the systems once; that they cannot be is said again without trying again.
+
+        Raises
+        ------
+        Preparing : that is being done.
+        HenkeiError : as :meth:`henkei.Deformer.prepare`.
+        """
+        if self._prepared is None:
+            self._prepared = self._run(partial(self.stage.prepare, recipe))
+        if not self._prepared.done():
+            raise Preparing("the systems of this mesh are still being factored")
+        self._prepared.result()
 
     def _moved(self, recipe: DeformRecipe) -> Floats:
         step = self._dragged(recipe)

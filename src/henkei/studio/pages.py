@@ -68,6 +68,10 @@ class Pages:
         for client in self._clients:
             self._clients[client] = {}
 
+    def renew(self, tab: str) -> None:
+        """The view of a tab is another one though its state is not."""
+        self._entries.pop(tab, None)
+
     def tell(self, header: dict[str, Any]) -> None:
         """Send all of them a message."""
         for client in list(self._clients):

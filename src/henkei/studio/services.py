@@ -14,6 +14,7 @@ from henkei.progress import Progress, silent
 from henkei.studio.drawables import drawable
 
 if TYPE_CHECKING:
+    from henkei.studio.aside import Aside
     from henkei.studio.blobs import Blobs
     from henkei.studio.document import MeshEntry
 
@@ -28,6 +29,8 @@ class Services:
     meshes : those open now.
     progress : of what the engine does at present.
     tell : a notice to the person.
+    aside : has long work done on another thread; None to wait for it.
+    renew : makes the view of a tab anew and tells it.
     """
 
     def __init__(self, blobs: Blobs) -> None:
@@ -35,6 +38,8 @@ class Services:
         self.meshes: Sequence[MeshEntry] = ()
         self.progress: Progress = silent
         self.tell: Callable[[str], None] = lambda message: None
+        self.aside: Aside | None = None
+        self.renew: Callable[[str], None] = lambda tab: None
         self._engines: dict[str, tuple[object, Any]] = {}
         self._remembered: dict[Hashable, Any] = {}
 
@@ -87,6 +92,11 @@ class Services:
             self._engines[tab] = known = (key, make())
         kept: Kept = known[1]
         return kept
+
+    def has_engine(self, tab: str, key: object) -> bool:
+        """Whether what a tab has prepared last is for ``key``; may be asked from any thread."""
+        known = self._engines.get(tab)
+        return known is not None and known[0] == key
 
     def present(self, tab: str) -> Any:
         """What a tab has prepared last, whatever for; None if nothing."""

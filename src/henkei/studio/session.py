@@ -19,6 +19,7 @@ from typing import Any
 from henkei.errors import HenkeiError, InvalidInput, some
 from henkei.progress import silent
 from henkei.studio import examples
+from henkei.studio.aside import Aside
 from henkei.studio.document import TABS, Document, MeshEntry
 from henkei.studio.document_actions import document_action
 from henkei.studio.downloads import clear_old
@@ -59,6 +60,8 @@ class Session:
         self._services = Services(sessions.blobs)
         self._pages = Pages(self._services)
         self._services.tell = lambda message: self._notice("info", message)
+        self._services.aside = self._aside = Aside(self._later, self._pages.tell)
+        self._services.renew = self._renew
         self._works = Works(sessions.folder, sessions.blobs.folder, self._later, self._pages.tell)
         self._progress = EngineProgress(self._pages.tell)
         self._tab = "combine"
@@ -230,6 +233,7 @@ class Session:
     def close(self) -> None:
         """The studio ends; what is open is kept."""
         self._tidying.cancel()
+        self._aside.close()
         self._works.close()
         self._kept.close()
 
@@ -453,6 +457,11 @@ class Session:
         self._pages.publish(self._now, self._tab, header)
         if self._kept.trouble:
             self._notice("warning", self._kept.trouble)
+
+    def _renew(self, tab: str) -> None:
+        """Tell what of a tab is another now though nothing was done."""
+        self._pages.renew(tab)
+        self._publish()
 
     def _tidy(self) -> None:
         """Remove what nobody needs any more; on a thread of its own."""

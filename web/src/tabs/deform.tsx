@@ -111,7 +111,15 @@ export const deform: Tab<DeformState, DeformView> = {
     return (
       <>
         {view.trouble ? <Note level="error">{view.trouble}</Note> : null}
-        {view.next && !view.trouble ? <Note level="info">{view.next}</Note> : null}
+        {view.preparing && (
+          <Note level="info">
+            Large meshes take a while to prepare. Then handles can be dragged; until then, go on, or
+            undo.
+          </Note>
+        )}
+        {view.next && !view.trouble && !view.preparing ? (
+          <Note level="info">{view.next}</Note>
+        ) : null}
         <Selection view={view} studio={studio} />
         <FoundOnSurface state={state} view={view} studio={studio} />
         <Parts view={view} studio={studio} />

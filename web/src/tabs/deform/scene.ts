@@ -141,7 +141,8 @@ function marks(view: DeformView): Mark[] {
 
 /** Puts arrows and rings at the handle or pin whose controls are shown. */
 function attach(studio: Studio, viewport: Viewport, view: DeformView): void {
-  const part = studio.tool.name === "move" && !memory.comparing ? chosen(view) : undefined;
+  const movable = studio.tool.name === "move" && !memory.comparing && !view.preparing;
+  const part = movable ? chosen(view) : undefined;
   if (part?.kind === "handles") attachToHandle(studio, viewport, part);
   else if (part?.kind === "pins") attachToPin(studio, viewport, part);
   else viewport.gizmo.detach();

@@ -89,6 +89,8 @@ export interface DeformView extends View {
   figures?: Figure[];
   /** Why nothing moves. */
   trouble?: string | null;
+  /** The systems are being factored: nothing moves until they are. */
+  preparing?: boolean;
   /** What to do before anything can move. */
   next?: string | null;
 }
