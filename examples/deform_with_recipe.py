@@ -7,9 +7,7 @@ import tempfile
 from pathlib import Path
 
 import henkei as hk
-from henkei.recipes.deform import DeformRecipe
 from henkei.shapes import bracket, bumper, door_panel
-from henkei.workflows.deform_by_recipe import deform_by_recipe
 
 RECIPES = Path(__file__).resolve().parent / "recipes"
 
@@ -19,8 +17,8 @@ def main(folder: Path) -> list[Path]:
     parts = {"bracket": bracket(quads=True), "bumper": bumper(), "door": door_panel()}
     written = []
     for name, part in parts.items():
-        recipe = DeformRecipe.read(RECIPES / f"{name}.json")
-        done = deform_by_recipe(recipe, part)
+        recipe = hk.DeformRecipe.read(RECIPES / f"{name}.json")
+        done = hk.deform_by_recipe(part, recipe)
         print(f"{name}: {recipe.about}")
         print(
             f"features exact to {done.quality.feature_error:.0e} of the diagonal, "

@@ -64,7 +64,7 @@ class Desk:
 
     @property
     def by_recipe(self) -> Floats:
-        return deform_by_recipe(self.state.recipe, self.surface).mesh.vertices
+        return deform_by_recipe(self.surface, self.state.recipe).mesh.vertices
 
     def part(self, name: str) -> dict[str, Any]:
         """What the page is told of a part, with its vertices."""

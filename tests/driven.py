@@ -157,8 +157,9 @@ class Driven:
 
     def open_example(self, title: str) -> None:
         """Click on an example of the start page."""
+        before = len(self.state["meshes"])
         self.page.get_by_role("region", name="Examples").get_by_text(title, exact=True).click()
-        self.until(lambda: self.state["meshes"], f"example {title}")
+        self.until(lambda: len(self.state["meshes"]) > before, f"example {title}")
         self.settle()
 
     def open_file(self, path: Path) -> str:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
 import queue
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import henkei as hk
+from henkei.progress import silent
 from henkei.shapes import bumper, bumper_parts
+from henkei.studio.examples import example
 from henkei.studio.messages import Message
 from henkei.studio.session import Session
+from henkei.studio.tasks import example as task
 
 LIMIT = 60.0  # seconds that anything may take
+_IDENTS = itertools.count(1)  # of messages, as pages have them: no two are the same
 
 
 class Page:
@@ -52,7 +58,7 @@ class Studio:
         self.thread.start()
         self.session = self.on_engine(lambda: Session(folder, self.work.put))
         self.page = Page()
-        self.count = 0
+        self.ident = 0
         self.on_engine(lambda: self.session.connected(self.page))
         self.receive("hello", session=None)
 
@@ -76,16 +82,22 @@ class Studio:
         return value
 
     def receive(self, kind: str, **header: Any) -> dict[str, Any]:
-        self.count += 1
-        message = Message({"kind": kind, "id": self.count, **header})
+        self.ident = next(_IDENTS)
+        message = Message({"kind": kind, "id": self.ident, **header})
         self.on_engine(lambda: self.session.receive(self.page, message))
         while True:
             told, _ = self.page.told.get(timeout=LIMIT)
-            if told.get("id") == self.count:
+            if told.get("id") == self.ident:
                 return told
 
     def do(self, tab: str, action: str, **arguments: Any) -> dict[str, Any]:
         return self.receive("do", tab=tab, action=action, arguments=arguments)
+
+    def example(self, name: str) -> None:
+        """Open a built-in example that is made here, which is quicker than in a worker."""
+        report: Any = SimpleNamespace(progress=silent)
+        made = task.run({"name": name}, self.session._services.blobs, report)
+        self.on_engine(lambda: self.session._take_example(example(name), **made))
 
     def live(self, tab: str, action: str, **arguments: Any) -> None:
         message = Message(

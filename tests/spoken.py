@@ -15,13 +15,14 @@ from henkei.studio.messages import Message, decode, encode
 from served import plain_client
 
 PATIENCE = 60.0  # seconds that an answer may take
+_IDS = count(1)  # of messages: no two are the same
 
 
 class Page:
     """A WebSocket to a studio; frames are acknowledged, and the latest state is kept."""
 
     def __init__(self, socket: ClientConnection, session: str | None = None) -> None:
-        self._socket, self._ids = socket, count(1)
+        self._socket = socket
         self.state: dict[str, Any] = {}
         self.tabs: dict[str, Any] = {}
         self.say(kind="hello", session=session)
@@ -55,7 +56,7 @@ class Page:
 
     def ask(self, kind: str, **header: Any) -> Message:
         """Send a message and wait for its answer."""
-        ident = f"asked {next(self._ids)}"
+        ident = f"asked {next(_IDS)}"
         self.say(kind=kind, id=ident, **header)
         while (message := self.hear()).header.get("id") != ident:
             pass

@@ -15,7 +15,6 @@ from henkei.geometry import selection
 from henkei.geometry.element_quality import element_quality
 from henkei.geometry.rotations import matrices_from_vectors
 from henkei.io.cae import read_model
-from henkei.recipes.deform import DeformRecipe
 from henkei.shapes.panels import plate_with_holes
 from henkei.workflows.deform_by_recipe import deform_by_recipe
 from henkei.workflows.deform_picture import FIXED, LONGEST, MOVED, picked
@@ -56,7 +55,7 @@ def told(capsys) -> str:
 def test_one_mesh(folder, capsys):
     assert main([*DEFORM, "-o", "bent.ply"]) == 0
     plate, bent = hk.read("plate.obj"), hk.read("bent.ply")
-    done = deform_by_recipe(DeformRecipe.of(RECIPE), plate)
+    done = deform_by_recipe(plate, RECIPE)
     np.testing.assert_array_equal(bent.faces, plate.faces)
     np.testing.assert_array_equal(bent.vertices, done.mesh.vertices)
     out = told(capsys)
@@ -74,7 +73,7 @@ def test_one_mesh(folder, capsys):
 def test_as_json(folder, capsys):
     assert main([*DEFORM, "-o", "bent.obj", "--method", "refined", "--json"]) == 0
     out = json.loads(capsys.readouterr().out)
-    done = deform_by_recipe(DeformRecipe.of({**RECIPE, "method": "refined"}), hk.read("plate.obj"))
+    done = deform_by_recipe("plate.obj", {**RECIPE, "method": "refined"})
     np.testing.assert_array_equal(hk.read("bent.obj").vertices, done.mesh.vertices)
     assert (out["file"], out["recipe"], out["method"]) == ("plate.obj", "change.json", "refined")
     assert out["quality"]["method"] == "refined"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,12 +15,12 @@ from henkei.io import read
 from written import again, decoded, encoded, patchwork, sheet
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype="<f4")
+DATA = POINTS.tobytes() + bytes([0, 1, 2, 0, 2, 3])
 
 
 def document(**changes) -> dict:
     """Two triangles of four points; the indices are bytes behind the points."""
-    data = POINTS.tobytes() + bytes([0, 1, 2, 0, 2, 3])
-    uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    uri = "data:application/octet-stream;base64," + base64.b64encode(DATA).decode()
     return {
         "asset": {"version": "2.0"},
         "scene": 0,
@@ -34,7 +35,7 @@ def document(**changes) -> dict:
             {"buffer": 0, "byteLength": 48},
             {"buffer": 0, "byteOffset": 48, "byteLength": 6},
         ],
-        "buffers": [{"byteLength": len(data), "uri": uri}],
+        "buffers": [{"byteLength": len(DATA), "uri": uri}],
     } | changes
 
 
@@ -58,6 +59,81 @@ def test_data_in_a_file_beside(tmp_path):
     (tmp_path / "my data.bin").unlink()
     with pytest.raises(InvalidFile, match=r"its data file .*my data.bin cannot be read"):
         read(tmp_path / "a.gltf")
+
+
+OUTSIDE = [
+    *("../a.bin", "b/../../a.bin", "./../a.bin", "b/c/../../../a.bin", "..", "../here/a.bin"),
+    *("%2e%2e/a.bin", "..%2Fa.bin", "%2E%2E%2fa.bin", "b/%2e./.%2e/a.bin"),
+    *("/a.bin", "%2Fa.bin", "//server/share/a.bin", "///a.bin"),
+    *("..\\a.bin", "..%5Ca.bin", "b\\..\\..\\a.bin", "b\\c/../../../a.bin"),
+    *("C:/a.bin", "C:\\a.bin", "C:a.bin", "c%3A/a.bin", "%43:%5Ca.bin", "\\a.bin"),
+    *("\\\\server\\share\\a.bin", "%5C%5C%3F%5CC:%5Ca.bin"),
+]
+
+
+def beside(folder: Path, uri: str) -> Path:
+    """A glTF file with its data at a URI."""
+    tree = document()
+    tree["buffers"][0]["uri"] = uri
+    path = folder / "a.gltf"
+    path.write_text(json.dumps(tree))
+    return path
+
+
+@pytest.mark.parametrize("uri", OUTSIDE)
+def test_nothing_outside_the_folder_is_read(tmp_path, uri):
+    here = tmp_path / "here"
+    (here / "b" / "c").mkdir(parents=True)
+    for folder in (tmp_path, here):
+        (folder / "a.bin").write_bytes(DATA)
+    with pytest.raises(InvalidFile, match=r"a\.gltf: buffer 0 is at .*, outside the folder"):
+        read(beside(here, uri))
+
+
+def test_an_absolute_path_is_refused_also_to_the_folder_itself(tmp_path):
+    (tmp_path / "a.bin").write_bytes(DATA)
+    with pytest.raises(InvalidFile, match="outside the folder"):
+        read(beside(tmp_path, (tmp_path / "a.bin").as_posix()))
+    with pytest.raises(InvalidFile, match="only files are read"):
+        read(beside(tmp_path, (tmp_path / "a.bin").as_uri()))
+
+
+@pytest.mark.parametrize(
+    ("uri", "file"),
+    [
+        ("a.bin", "a.bin"),
+        ("./a.bin", "a.bin"),
+        ("b/a.bin", "b/a.bin"),
+        ("b/../a.bin", "a.bin"),
+        ("b/c/..//a.bin", "b/a.bin"),
+        ("b\\a.bin", "b/a.bin"),
+        ("..a.bin", "..a.bin"),
+        ("b../a..bin", "b../a..bin"),
+        ("%252e%252e/a.bin", "%2e%2e/a.bin"),
+        ("é%20%C3%A9.bin", "é é.bin"),
+    ],
+)
+def test_data_in_the_folder_and_below(tmp_path, uri, file):
+    data = tmp_path / file
+    data.parent.mkdir(exist_ok=True)
+    data.write_bytes(DATA)
+    assert read(beside(tmp_path, uri)).face_count == 2
+
+
+def test_dots_are_removed_before_links_are_followed(tmp_path):
+    elsewhere, here = tmp_path / "elsewhere", tmp_path / "here"
+    (elsewhere / "inside").mkdir(parents=True)
+    here.mkdir()
+    (elsewhere / "a.bin").write_bytes(DATA)
+    (here / "link").symlink_to(elsewhere / "inside", target_is_directory=True)
+    path = beside(here, "link/../a.bin")
+    with pytest.raises(InvalidFile, match=r"here.a\.bin cannot be read"):
+        read(path)
+
+
+def test_pictures_are_never_opened():
+    images = [{"uri": "../../skin.png"}, {"uri": "/skin.png"}, {"uri": "https://a.b/skin.png"}]
+    assert read_gltf(document(images=images)).face_count == 2
 
 
 def test_transforms_of_nested_nodes_and_several_meshes():

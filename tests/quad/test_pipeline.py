@@ -29,6 +29,7 @@ from henkei.errors import (
 )
 from henkei.mesh import Mesh
 from henkei.quad import quality
+from henkei.quad.wishes import MOST, Wish
 from oracles.quads import assert_quadrangulates, from_segments
 from topologies import TOPOLOGIES, cube, grid, refined, torus
 
@@ -382,6 +383,13 @@ def test_meshes_that_are_no_surface_are_named(name):
 def test_arguments_that_make_no_sense_are_named(how, said):
     with pytest.raises(InvalidInput, match=said):
         hk.quadrangulate(FLAT, **{"quads": None if "edge_length" in how else 20, **how})
+
+
+def test_the_least_length_is_told_and_is_taken():
+    with pytest.raises(InvalidInput, match="20,000,000 are the most") as refused:
+        Wish.of(FLAT, None, 1e-300, None)
+    least = float(re.search(r"from (\S+) on", str(refused.value))[1])
+    assert Wish.of(FLAT, None, 1.01 * least, None).quads == pytest.approx(MOST, rel=0.05)
 
 
 def test_far_fewer_quads_than_the_surface_takes_are_refused_with_the_least_number():

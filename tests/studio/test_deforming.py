@@ -55,7 +55,7 @@ def test_positions_are_those_of_the_recipe_in_any_order(surface: Surface, region
         recipe(),
     ]
     for one in [*recipes, *recipes[::-1]]:
-        wanted = deform_by_recipe(one, surface).mesh.vertices
+        wanted = deform_by_recipe(surface, one).mesh.vertices
         assert_allclose(engine.positions(one), wanted, atol=1e-9)
         assert_array_equal(engine.deformed(one).mesh.vertices, engine.positions(one))
 

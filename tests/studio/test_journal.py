@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict
 from henkei.errors import InvalidFile, InvalidInput
 from henkei.studio.blobs import Blobs
 from henkei.studio.history import History
-from henkei.studio.journal import NAME, Journal
+from henkei.studio.journal import MOST_ASKED, NAME, Journal
 from henkei.studio.lines import Codec, read, replay
 
 
@@ -254,6 +254,22 @@ def test_opening_writes_one_line_for_each_step(tmp_path):
     Journal(tmp_path, codec(tmp_path), read(tmp_path / NAME).steps).close()
     assert kinds(tmp_path) == ["start", "commit", "commit"]
     assert told(replayed(tmp_path)) == before
+
+
+def test_the_messages_that_asked_last_are_known_however_often_it_is_opened(tmp_path):
+    journal, asked = begun(tmp_path), [f"page-{n}" for n in range(MOST_ASKED + 5)]
+    for n, ident in enumerate(asked):
+        journal.commit(Document(design=Tab(size=n)), "size", asked=ident)
+    journal.undo("undo")
+    journal.redo("redo")
+    journal.undo()  # nobody asked
+    for _ in range(2):
+        journal.close()
+        record = read(tmp_path / NAME)
+        assert list(record.asked)[-MOST_ASKED:] == [*asked, "undo", "redo"][-MOST_ASKED:]
+        journal = Journal(tmp_path, codec(tmp_path), record.steps, record.asked)
+    assert len(journal.asked) == len(read(tmp_path / NAME).asked) == MOST_ASKED
+    journal.close()
 
 
 def test_documents_are_read_when_they_are_asked_for(tmp_path):

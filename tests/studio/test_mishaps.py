@@ -60,7 +60,6 @@ def place(tabs: dict[str, Any]) -> list[float]:
     [
         ("show", {"name": "quad"}),
         ("rename", {"mesh": "m1", "name": "a"}),
-        ("example", {"name": "plate"}),
     ],
 )
 def test_a_drag_does_not_become_a_step_of_something_else(
@@ -108,7 +107,7 @@ def test_a_page_that_was_away_goes_on_with_its_drag(studio: Studio, tmp_path: Pa
 
 
 def test_to_look_at_another_tab_leaves_what_was_undone(studio: Studio) -> None:
-    studio.do("document", "example", name="plate")
+    studio.example("plate")
     studio.do("quad", "change", options={"quads": 300})
     studio.receive("undo")
     studio.do("document", "show", name="deform")
@@ -122,7 +121,7 @@ def test_to_look_at_another_tab_leaves_what_was_undone(studio: Studio) -> None:
 def test_a_view_that_fails_is_told_and_can_be_undone(
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    studio.do("document", "example", name="plate")
+    studio.example("plate")
     shown = quad.described
 
     def described(state: Any, services: Any) -> Any:
@@ -217,8 +216,8 @@ def test_the_same_work_is_begun_once(studio: Studio, monkeypatch: pytest.MonkeyP
         ends.append(on_end)
         return f"j{len(ends)}"
 
+    studio.example("plate")
     monkeypatch.setattr(studio.session._works._jobs, "start", start)
-    studio.do("document", "example", name="plate")
     for _ in range(3):
         assert studio.do("quad", "run")["kind"] == "done"
     assert len(ends) == 1
@@ -239,8 +238,8 @@ def begun(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> Any:
         ends.append(on_end)
         return "j1"
 
+    studio.example("plate")
     monkeypatch.setattr(studio.session._works._jobs, "start", start)
-    studio.do("document", "example", name="plate")
     studio.do("quad", "run")
     return ends[0]
 
@@ -290,9 +289,21 @@ def test_what_no_session_needs_goes(studio: Studio, tmp_path: Path) -> None:
 
 
 def test_a_design_that_cannot_be_had_shows_its_cage_alone(studio: Studio) -> None:
-    studio.do("document", "example", name="torus")
+    studio.example("torus")
     name = studio.page.tabs["design"]["view"]["parts"][0]["name"]
     studio.do("design", "move_pin", name=name, to=[1e300, 0.0, 0.0])
     view = studio.page.tabs["design"]["view"]
     assert "finite" in view["problem"]
     assert list(view["surfaces"]) == ["cage"]
+
+
+def test_faces_that_wind_against_each_other_are_told_of(studio: Studio, tmp_path: Path) -> None:
+    surface = bumper()
+    faces = surface.faces.copy()
+    faces[0] = faces[0, ::-1]
+    turned = hk.Mesh(surface.vertices, faces)
+    assert opened(studio, tmp_path, turned, "turned.obj") == {"mesh": "m1"}
+    notice = studio.page.until("notice")
+    assert notice["level"] == "warning"
+    assert "turned.obj: faces wind against each other along " in notice["message"]
+    assert "henkei.oriented(mesh)" in notice["message"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -46,7 +47,7 @@ def test_what_a_page_sees_is_what_its_recipe_makes(studio: Studio, tmp_path: Pat
     move = {"translation": [0.0, 5.0, 40.0], "rotation": [10.0, 0.0, 0.0]}
     studio.do("deform", "move_handle", name="handle 1", move=move)
     document = studio.on_engine(lambda: studio.session._now)
-    made = hk.deform_by_recipe(document.deform.recipe, hk.read(tmp_path / "mesh.obj"))
+    made = hk.deform_by_recipe(tmp_path / "mesh.obj", document.deform.recipe)
     shown = studio.page.positions["mesh"]
     centre, scale = studio.on_engine(
         lambda: studio.session._services.frame(
@@ -84,19 +85,54 @@ def test_undo_and_redo_go_all_the_way(studio: Studio, tmp_path: Path) -> None:
     assert studio.page.last["redo"] is None
 
 
-def test_an_answer_that_was_lost_is_given_again_without_doing_it_twice(studio: Studio) -> None:
+def test_an_answer_that_was_lost_is_given_again_without_doing_it_twice(
+    studio: Studio, tmp_path: Path
+) -> None:
     message = Message(
         {
             "kind": "do",
             "id": "page-1",
             "tab": "document",
-            "action": "example",
-            "arguments": {"name": "plate"},
+            "action": "keep",
+            "arguments": {"tab": "combine", "what": "weld a"},
         }
     )
+    opened(studio, tmp_path, bumper(2000))
     for _ in range(2):
         studio.on_engine(lambda: studio.session.receive(studio.page, message))
-    assert len(studio.page.last["meshes"]) == 1
+    assert len(studio.page.last["meshes"]) == 2
+
+
+def test_what_was_saved_before_a_kill_is_not_done_again(tmp_path: Path) -> None:
+    studio = Studio(tmp_path / "0")
+    change = {"tab": "quad", "action": "change"}
+    changes = [{**change, "arguments": {"options": {"seed": seed}}} for seed in (5, 6)]
+    asked = [*(("do", header) for header in changes), ("undo", {}), ("redo", {})]
+    messages = [Message({"kind": kind, "id": f"p-{n}", **h}) for n, (kind, h) in enumerate(asked)]
+    for number, message in enumerate(messages, 1):
+        assert told(studio, message)["kind"] == "done"
+        before, session = known(studio), studio.page.last["session"]
+        shutil.copytree(tmp_path / str(number - 1), tmp_path / str(number))  # as a kill leaves it
+        studio.close()
+        studio = Studio(tmp_path / str(number))
+        studio.receive("hello", session=session)
+        answers = [told(studio, again)["kind"] for again in messages[:number]]
+        assert (answers, known(studio)) == (["done"] * number, before)
+    studio.close()
+
+
+def told(studio: Studio, message: Message) -> dict[str, Any]:
+    """What a message is answered with."""
+    studio.on_engine(lambda: studio.session.receive(studio.page, message))
+    while (header := studio.page.told.get(timeout=60)[0]).get("id") != message.header["id"]:
+        pass
+    return header
+
+
+def known(studio: Studio) -> dict[str, Any]:
+    """What a page knows of what was done."""
+    labels = {name: studio.page.last[name] for name in ("undo", "redo")}
+    return labels | {"seed": studio.page.tabs["quad"]["state"]["recipe"]["seed"]}
 
 
 @pytest.mark.parametrize(
@@ -157,16 +193,46 @@ def test_a_session_that_was_killed_is_offered_with_its_drag(tmp_path: Path) -> N
 def test_every_example_opens_in_its_tab(studio: Studio, tab: str) -> None:
     for example in studio.page.last["examples"]:
         if example["tab"] == tab:
-            told = studio.do("document", "example", name=example["name"])
-            assert told["kind"] == "done", told
+            assert studio.do("document", "example", name=example["name"])["kind"] == "done"
+            while (ended := studio.page.until("ended"))["job"] == "engine":
+                pass
+            assert ended["outcome"] == "done", ended
             assert studio.page.last["tab"] == tab
             assert "problem" not in studio.page.tabs[tab]["view"]
             assert studio.page.tabs[tab]["view"]["exports"]
             studio.do("document", "new")
 
 
+def test_an_example_is_made_beside_the_engine_and_can_be_cancelled(studio: Studio) -> None:
+    studio.do("document", "example", name="heads")
+    assert studio.do("document", "show", name="quad")["kind"] == "done"  # which goes on
+    ((job, tab, title),) = ((one["job"], one["tab"], one["title"]) for one in works(studio))
+    assert (tab, title) == ("combine", "Open Woman to goblin")
+    studio.receive("cancel", job=job)
+    assert studio.page.until("ended")["outcome"] == "cancelled"
+    assert (works(studio), studio.page.last["meshes"]) == ([], [])
+    assert studio.page.last["undo"] is None
+
+
+def works(studio: Studio) -> list[dict[str, Any]]:
+    """What goes on."""
+    return studio.on_engine(lambda: studio.session._works.listed)
+
+
+def test_an_example_is_opened_in_one_step_and_always_the_same(studio: Studio) -> None:
+    surfaces = []
+    for _ in range(2):
+        studio.example("animal and man")
+        surfaces.append([one["surface"] for one in studio.page.last["meshes"]])
+        assert studio.page.last["undo"] == "open animal and man"
+        studio.receive("undo")
+        assert studio.page.last["meshes"] == []
+    assert surfaces[0] == surfaces[1]
+    assert len(surfaces[0]) == 2
+
+
 def test_closing_a_mesh_empties_the_tabs_that_had_it(studio: Studio) -> None:
-    studio.do("document", "example", name="plate")
+    studio.example("plate")
     studio.do("document", "remove", mesh="m1")
     assert studio.page.last["meshes"] == []
     assert studio.page.tabs["quad"]["state"]["mesh"] is None
@@ -178,11 +244,12 @@ def test_a_result_for_a_mesh_that_was_closed_is_left_out(
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun: list[Any] = []
-    monkeypatch.setattr(studio.session._works, "start", lambda *started: begun.append(started))
-    studio.do("document", "example", name="plate")
-    studio.do("quad", "run")
+    studio.example("plate")
+    with monkeypatch.context() as patched:
+        patched.setattr(studio.session._works, "start", lambda *started: begun.append(started))
+        studio.do("quad", "run")
     studio.do("document", "remove", mesh="m1")
-    studio.do("document", "example", name="animal")
+    studio.example("animal")
     before = studio.page.tabs["quad"]["state"]
     assert before["mesh"] == "m1"  # again, but another one
     ((_, work, ended, _),) = begun
@@ -192,7 +259,7 @@ def test_a_result_for_a_mesh_that_was_closed_is_left_out(
 
 def test_what_was_made_is_opened_as_a_mesh(studio: Studio) -> None:
     keep = {"tab": "document", "action": "keep", "arguments": {"tab": "quad", "what": "quads"}}
-    studio.do("document", "example", name="plate")
+    studio.example("plate")
     assert "made" in studio.receive("do", **keep)["message"]
     studio.do("quad", "change", options={"quads": 300})
     studio.do("quad", "run")
@@ -205,7 +272,7 @@ def test_what_was_made_is_opened_as_a_mesh(studio: Studio) -> None:
 
 
 def test_a_mesh_is_there_when_another_tab_comes_to_the_front(studio: Studio) -> None:
-    studio.do("document", "example", name="plate")
+    studio.example("plate")
     studio.do("document", "show", name="deform")
     assert studio.page.tabs["deform"]["state"]["mesh"] == "m1"
 
@@ -221,7 +288,12 @@ def test_an_export_is_the_recipe_run_by_the_library(studio: Studio, tmp_path: Pa
     ended = studio.page.until("ended")
     assert ended["job"] == answer["job"]
     assert ended["outcome"] == "done", ended
+    assert ended["file"] == answer["file"]
+    studio.receive("hello", session=None)  # as a page does that was away when it ended
+    assert studio.page.last["exported"] == [ended]
     path, name = studio.session.download(ended["file"])  # type: ignore[misc]
+    studio.receive("hello", session=None)
+    assert studio.page.last["exported"] == []
     recipe = hk.DeformRecipe.read(path)
     assert name.endswith(".json")
     document = studio.on_engine(lambda: studio.session._now)
@@ -230,7 +302,7 @@ def test_an_export_is_the_recipe_run_by_the_library(studio: Studio, tmp_path: Pa
 
 
 def test_a_dropped_recipe_goes_to_its_tab(studio: Studio, tmp_path: Path) -> None:
-    studio.do("document", "example", name="bumper")
+    studio.example("bumper")
     studio.do("document", "show", name="quad")
     recipe = studio.on_engine(lambda: studio.session._now.deform.recipe)
     path = tmp_path / "recipe.json"

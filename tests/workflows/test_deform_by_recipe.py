@@ -44,7 +44,7 @@ def bent(beam, **more) -> Deformed:
     """The beam held at one end, with a handle at the other."""
     handle = {"name": "end", "region": END, "move": more.pop("move", {})}
     recipe = {"fixed": [{"box": [[None] * 3, [0, None, None]]}], "handles": [handle]}
-    return deform_by_recipe(DeformRecipe.of(recipe | more), beam)
+    return deform_by_recipe(beam, recipe | more)
 
 
 def test_the_calls_of_a_deformer(plate):
@@ -83,7 +83,7 @@ def test_the_calls_of_a_deformer(plate):
     handle.move([1, 2, 8], np.radians([0, 90, 0]), 1.2)
     pin.move(pin.rest + np.array([0, 0, 1]))
     expected = d.solve(method="refined")
-    done = deform_by_recipe(recipe, plate)
+    done = deform_by_recipe(plate, recipe)
     np.testing.assert_array_equal(done.mesh.vertices, expected)
     np.testing.assert_array_equal(done.mesh.faces, plate.faces)
     assert done.quality.method == "refined"
@@ -272,11 +272,32 @@ def test_all_overlaps_are_told_at_once(plate):
     assert cure in str(caught.value)
 
 
+def test_meshes_and_recipes_are_taken_in_any_form(tmp_path, plate):
+    rim = hk.find_features(plate)["rim 1"].vertices
+    (tmp_path / "rim.txt").write_text(" ".join(map(str, rim)))
+    data = {"fixed": [{"file": "rim.txt"}], "features": [{"region": "hole 3", "radius": 6}]}
+    recipe = DeformRecipe.of(data)
+    recipe.write(tmp_path / "change.json")
+    hk.write(tmp_path / "plate.obj", plate)
+    wanted = deform_by_recipe(plate, recipe, folder=tmp_path).mesh.vertices
+    assert np.abs(wanted - plate.vertices).max() > 0.9
+    for done in (
+        deform_by_recipe((plate.vertices, plate.faces), data, folder=tmp_path),
+        deform_by_recipe(str(tmp_path / "plate.obj"), tmp_path / "change.json"),
+    ):
+        np.testing.assert_allclose(done.mesh.vertices, wanted, atol=1e-9)
+
+
+def test_the_recipe_first_is_refused(plate):
+    with pytest.raises(InvalidInput, match=r"mesh comes before .*: deform_by_recipe\(mesh, recipe"):
+        deform_by_recipe(DeformRecipe.of({"fixed": ["rim 1"]}), plate)
+
+
 @pytest.mark.parametrize(("fixed", "told"), [([], "nothing is fixed;"), (["soft"], "but softly;")])
 def test_something_must_be_fixed(plate, fixed, told):
     parts = [{"region": "rim 1", "weight": 2} for _ in fixed]
     with pytest.raises(InvalidInput, match=rf'{told} say what stays, as in "fixed": \["rim 1"\]'):
-        deform_by_recipe(DeformRecipe.of({"fixed": parts}), plate)
+        deform_by_recipe(plate, {"fixed": parts})
 
 
 def test_poses_do_not_depend_on_the_ones_before(plate):
@@ -328,7 +349,7 @@ def test_each_member_is_what_its_recipe_gives_alone(plate, swept):
     assert [member.values for member in family.members] == combinations(sweeps)
     assert not family.failed
     for member in family.members[::4]:
-        alone = deform_by_recipe(with_values(swept, sweeps, member.values), plate)
+        alone = deform_by_recipe(plate, with_values(swept, sweeps, member.values))
         mesh = meshes[member.number]
         np.testing.assert_array_equal(mesh.faces, plate.faces)
         np.testing.assert_allclose(mesh.vertices, alone.mesh.vertices, atol=1e-9)

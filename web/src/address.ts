@@ -2,8 +2,10 @@
 
 const kept = `henkei ${location.pathname}`; // of this page, where several are behind one host
 
+type Remembered = "token" | "session" | "exports";
+
 /** What outlives a reload of this browser tab. */
-export function remembered(name: "token" | "session"): string | null {
+export function remembered(name: Remembered): string | null {
   try {
     return sessionStorage.getItem(`${kept} ${name}`);
   } catch {
@@ -11,7 +13,7 @@ export function remembered(name: "token" | "session"): string | null {
   }
 }
 
-export function remember(name: "token" | "session", value: string): void {
+export function remember(name: Remembered, value: string): void {
   try {
     sessionStorage.setItem(`${kept} ${name}`, value);
   } catch {

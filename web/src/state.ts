@@ -86,6 +86,8 @@ export interface State {
   undo: string | null;
   redo: string | null;
   jobs: Job[];
+  /** How exports ended that nobody has fetched. */
+  exported: Ended[];
   offers: Offer[];
   examples: Example[];
 }
@@ -121,7 +123,7 @@ export interface Ended {
   job: string;
   outcome: "done" | "cancelled" | "refused" | "failed";
   message?: string;
-  /** For exports: what can be fetched from `file/`. */
+  /** For exports: what can be fetched from `file/`, if it is done. */
   file?: string;
   name?: string;
 }

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from henkei.cli.console import errors
-from henkei.cli.outputs import Written
+from henkei.cli.outputs import Written, require_picture
 from henkei.deform import DeformQuality, Feature, Fixed, Handle
 from henkei.errors import InvalidInput, some
 from henkei.geometry.element_quality import ElementQuality
@@ -54,7 +54,7 @@ class Outputs:
         if self.mesh is not None:
             require_mesh_name(self.mesh)
         if self.picture is not None:
-            _require_picture(self.picture)
+            require_picture(self.picture)
         taken = {path.resolve(): f"the input {path}" for path in inputs}
         for path in self._all():
             if not path.parent.is_dir():
@@ -116,15 +116,6 @@ class Outputs:
         if self.count is not None:
             meshes = [*map(self.member, range(1, self.count + 1)), *self.tables]
         return meshes + ([self.picture] if self.picture else [])
-
-
-def _require_picture(path: Path) -> None:
-    from henkei.io.drawing import usable
-    from henkei.io.footage import path_ending, pillow
-
-    path_ending(path, ".png")
-    pillow()
-    usable("auto")
 
 
 @dataclass(frozen=True, eq=False)

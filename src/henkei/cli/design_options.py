@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from henkei.cli.combining import NO_DEFAULT, Flag
 from henkei.cli.deforming import View
+from henkei.cli.outputs import require_picture
 from henkei.errors import InvalidInput
 from henkei.progress import Progress
 from henkei.recipes.design import DesignRecipe
@@ -103,7 +104,7 @@ class Drawn:
             raise InvalidInput("--gammas and --axes are two pictures; ask for one at a time")
         if self.gammas is not None:
             _positive("--gammas", self.gammas)
-        _require_picture(self.picture)
+        require_picture(self.picture)
 
     def panels(self, done: Designed, progress: Progress) -> list[Panel]:
         """What the picture shows."""
@@ -129,12 +130,3 @@ def _positive(option: str, text: str) -> list[float]:
             f"not {text!r}"
         )
     return numbers
-
-
-def _require_picture(path: Path) -> None:
-    from henkei.io.drawing import usable
-    from henkei.io.footage import path_ending, pillow
-
-    path_ending(path, ".png")
-    pillow()
-    usable("auto")

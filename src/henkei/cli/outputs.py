@@ -17,7 +17,7 @@ from henkei.errors import InvalidInput, MissingDependency
 from henkei.io import write
 from henkei.io.drawing import usable
 from henkei.io.files import BY_SUFFIX
-from henkei.io.footage import film_path, pillow
+from henkei.io.footage import film_path, path_ending, pillow
 from henkei.morph.write import FILMS, GLTF, MESHES, NUMBER, USD, write_morph
 from henkei.progress import Progress
 from henkei.workflows.results import SUFFIX as RESULT
@@ -91,6 +91,13 @@ def require_places(paths: Iterable[Path], inputs: Iterable[Path]) -> None:
         if path.resolve() in taken:
             raise InvalidInput(f"{path} would overwrite {taken[path.resolve()]}; rename it")
         taken[path.resolve()] = f"another output ({path})"
+
+
+def require_picture(path: Path) -> None:
+    """Raise InvalidInput if this is no name of a PNG, or MissingDependency if none can be drawn."""
+    path_ending(path, ".png")
+    pillow()
+    usable("auto")
 
 
 def written(

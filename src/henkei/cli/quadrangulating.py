@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from henkei.cli.combining import Source
-from henkei.cli.outputs import Written, require_places
+from henkei.cli.outputs import Written, require_picture, require_places
 from henkei.cli.recipes import folder_of, named_in, overridden, read_recipe
 from henkei.errors import InvalidInput, InvalidMesh
 from henkei.io import write
@@ -200,7 +200,7 @@ def planned(
             Output(layout_mesh, "patches in colours, with texture coordinates", write_layout)
         )
     if report is not None:
-        _require_picture(report)
+        require_picture(report)
         title = inputs[0].name
         plans.append(
             Output(
@@ -225,15 +225,6 @@ def _output(path: Path) -> Output:
         raise InvalidInput(f"{path}: a picture is asked for by --report {path}")
     require_ending(path)
     return Output(path, QUADS[suffix], write_quads)
-
-
-def _require_picture(path: Path) -> None:
-    from henkei.io.drawing import usable
-    from henkei.io.footage import path_ending, pillow
-
-    path_ending(path, ".png")
-    pillow()
-    usable("auto")
 
 
 def quadrangulated(source: Source, task: Task, progress: Progress) -> QuadResult:

@@ -149,12 +149,13 @@ def _nearest(
         raise InvalidInput(f"the points of {kind} {some(bad)} on {side.name} are not finite")
     found: Any = KDTree(side.mesh.vertices[candidates]).query(points)
     away, nearest = found
-    far = np.flatnonzero(away > snap * side.mesh.diagonal)
+    away = away / side.mesh.diagonal
+    far = np.flatnonzero(away > snap)
     if len(far):
         where = "on the boundary" if kind == "pairs" else "near a vertex inside"
         raise InvalidInput(
             f"the points of {kind} {some(far)} are not {where} of {side.name}: the first is "
-            f"{away[far[0]] / side.mesh.diagonal:.2%} of the diagonal away from it, {snap:.2%} is "
+            f"{100 * away[far[0]]:.3g} % of the diagonal away from it, {100 * snap:.3g} % is "
             "allowed (snap)"
         )
     chosen: NDArray[np.integer] = candidates[nearest]

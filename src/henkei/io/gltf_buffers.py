@@ -6,7 +6,8 @@ import base64
 import json
 import re
 from dataclasses import dataclass
-from pathlib import Path
+from ntpath import normpath
+from pathlib import Path, PureWindowsPath
 from typing import Any
 from urllib.parse import unquote
 
@@ -78,13 +79,28 @@ class Document:
             raise InvalidFile(
                 f"{self.path}: buffer {index} is at {uri[:80]!r}, only files are read"
             )
-        beside = self.path.parent / unquote(uri)
+        beside = self._beside(index, uri)
         try:
             return beside.read_bytes()
         except OSError as error:
             raise InvalidFile(
                 f"{self.path}: its data file {beside} cannot be read ({error.strerror})"
             ) from None
+
+    def _beside(self, index: int, uri: str) -> Path:
+        """The file that a relative URI means: in the folder of this one, or below it.
+
+        It is read as Windows reads paths, wherever we are, as that knows backslashes and drives
+        too; ``.`` and ``..`` are removed before anything is opened (RFC 3986, section 5.2.4).
+        """
+        place = PureWindowsPath(normpath(unquote(uri)))
+        if place.anchor or ".." in place.parts:
+            raise InvalidFile(
+                f"{self.path}: buffer {index} is at {uri[:80]!r}, outside the folder of the file, "
+                "where nothing is read; put its data beside it, or save it as .glb, which has "
+                "everything in one file"
+            )
+        return self.path.parent.joinpath(*place.parts)
 
 
 def item(tree: dict[str, Any], kind: str, index: int) -> dict[str, Any]:

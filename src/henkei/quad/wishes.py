@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 from typing import Any, Literal
 
 from henkei.errors import Infeasible, InvalidInput
@@ -40,19 +41,8 @@ class Wish:
         ------
         InvalidInput : both a number and a length, or values that are none or out of range.
         """
-        if quads is not None and edge_length is not None:
-            raise InvalidInput("give quads or edge_length, not both")
+        number = wished_quads(float(mesh.face_areas.sum()), quads, edge_length)
         relative = relative_sizes(mesh, density)
-        if edge_length is not None:
-            if not (is_number(edge_length) and 0 < edge_length < float("inf")):
-                raise InvalidInput(f"edge_length must be a positive length, not {edge_length!r}")
-            number = float(mesh.face_areas.sum()) / float(edge_length) / float(edge_length)
-            number = max(1.0, _checked(number, "edge_length gives"))
-            return cls(sizes_for(mesh, relative, number), number)
-        number = QUADS if quads is None else quads
-        if not (is_number(number) and number >= 1):
-            raise InvalidInput(f"quads must be a number from 1, not {number!r}")
-        number = _checked(number, "quads asks for")
         return cls(sizes_for(mesh, relative, number), number, quads is not None)
 
     def within(self, component: Component) -> Wish:
@@ -73,9 +63,34 @@ class Wish:
             )
 
 
-def _checked(number: float, what: str) -> float:
+def wished_quads(area: float, quads: Any, edge_length: Any) -> float:
+    """How many quads are asked for, by their number or by the length of their edges; at least 1.
+
+    Parameters
+    ----------
+    area : of the surface that they are to cover.
+
+    Raises
+    ------
+    InvalidInput : both a number and a length, or values that are none or out of range.
+    """
+    if quads is not None and edge_length is not None:
+        raise InvalidInput("give quads or edge_length, not both")
+    if edge_length is not None:
+        if not (is_number(edge_length) and 0 < edge_length < float("inf")):
+            raise InvalidInput(f"edge_length must be a positive length, not {edge_length!r}")
+        number = area / float(edge_length) / float(edge_length)
+        if not number <= MOST:
+            raise InvalidInput(
+                f"edge_length {edge_length:.3g} gives {number:.3g} quads on this surface of area "
+                f"{area:.3g}; {MOST:,} are the most: give a length from {sqrt(area / MOST):.3g} on"
+            )
+        return max(1.0, number)
+    number = QUADS if quads is None else quads
+    if not (is_number(number) and number >= 1):
+        raise InvalidInput(f"quads must be a number from 1, not {number!r}")
     if not number <= MOST:
-        raise InvalidInput(f"{what} {number:.3g} quads; {MOST:,} are the most")
+        raise InvalidInput(f"quads asks for {number:.3g} quads; {MOST:,} are the most")
     return float(number)
 
 

@@ -103,6 +103,7 @@ def _nearest_vertices(side: Closed, points: Floats) -> Ints:
         raise InvalidInput(f"more landmarks than {side.name} has vertices")
     vertices = side.given.vertices[side.used]
     distances, nearest = cKDTree(vertices).query(points)
+    _refuse_far(side, np.asarray(distances))
     if len(np.unique(nearest)) < count:  # then those of the best choice are among the nearest
         _, near = cKDTree(vertices).query(points, k=np.arange(1, count + 1))
         wanted = np.unique(near)

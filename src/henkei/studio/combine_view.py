@@ -7,17 +7,14 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from henkei.errors import InvalidInput
-from henkei.mesh import Floats, Surface
 from henkei.recipes.combine import CombineRecipe
 from henkei.recipes.pairs import Pair
-from henkei.studio.disks import REPAIRS, Disks, Kind, Repair, Side
+from henkei.studio.disks import Disks, Kind, Side
+from henkei.studio.morphs import MOST_TURNED, delay, time_of
 from henkei.studio.services import Services
-from henkei.studio.tabs.base import Product
-from henkei.studio.turning import MOST_TURNED
-from henkei.workflows.morph_by_recipe import swept, way_of
+from henkei.studio.tabs.base import Product, drawn
+from henkei.workflows.morph_by_recipe import way_of
 
 if TYPE_CHECKING:
     from henkei.studio.tabs.combine import Combined, CombineState
@@ -28,14 +25,10 @@ def described(state: CombineState, disks: Disks | None, services: Services) -> d
 
     disks : its meshes as they would be combined; None where one is missing.
     """
-    chosen = {slot: mesh for slot, mesh in state.meshes.items() if mesh is not None}
-    surfaces = {
-        slot: {"data": services.drawn(services.entry(mesh).surface)}
-        for slot, mesh in chosen.items()
-    }
+    surfaces = drawn(state, services)
     view: dict[str, Any] = {"surfaces": surfaces, "next": "", "ready": False}
     if disks is None:
-        return view | {"next": _begin(chosen)}
+        return view | {"next": _begin(surfaces)}
     trouble = disks.trouble(state.recipe)
     advice = disks.advice(state.recipe) if trouble is None else None
     view |= {
@@ -80,59 +73,25 @@ def _made(state: CombineState, result: Combined, services: Services) -> dict[str
     return {
         **result.model_dump(exclude={"of", "result"}),
         "current": state.made is not None,
-        "delay": _delay(state, result, services),
+        "delay": delay(state.recipe.morph, result.result, services),
     }
-
-
-def _delay(state: CombineState, result: Combined, services: Services) -> str | None:
-    """A blob with the time at which each vertex starts; None if all start at once."""
-    side = state.recipe.morph.sweep
-    if side is None:
-        return None
-
-    def make() -> str:
-        vertices: Floats = services.blobs.get_message(result.shapes).arrays["positions"]
-        return services.values(swept(vertices.astype(np.float64), side))
-
-    return services.remembered(("delay", result.shapes, side), make)
 
 
 def shape_at(state: CombineState, at: str, services: Services) -> Product:
     """The shape at a time from 0 to 1."""
     if state.result is None:
         raise InvalidInput("there is no shape to keep yet; combine the meshes first")
-    try:
-        time = float(at)
-    except ValueError:
-        raise InvalidInput(f"a time from 0 to 1 names a shape, not {at[:40]!r}") from None
+    time = time_of(at)
     services.progress("making the shape", 0.0)
     result = services.blobs.result(state.result.result)
     way = way_of(state.recipe.morph, result)
     shape = result.at(time, path=way["path_kind"], time=way["time"], delay=way["delay"])
     a, b = (Path(services.entry(mesh).name).stem for mesh in (state.a, state.b))
     told = f"the combined mesh of both at time {time:.3g}"
-    return _product(shape, f"{a} to {b}, {time:.3g}", told, services)
+    return Product.of(shape, f"{a} to {b}, {time:.3g}", services, told)
 
 
-def repaired(state: CombineState, repair: Repair, slot: str, services: Services) -> Product:
-    """A mesh after a repair."""
-    entry = services.entry(state.meshes[slot])
-    function, called = REPAIRS[repair]
-    surface = function(services.blobs.surface(entry.surface))
-    return _product(surface, f"{Path(entry.name).stem}, {called}", "", services)
-
-
-def _product(surface: Surface, name: str, about: str, services: Services) -> Product:
-    return Product(
-        surface=services.blobs.put_surface(surface),
-        name=name,
-        vertices=len(surface.vertices),
-        faces=surface.face_count,
-        about=about,
-    )
-
-
-def _begin(chosen: Mapping[str, str]) -> str:
+def _begin(chosen: Mapping[str, Any]) -> str:
     if chosen:
         return "Open the second mesh, or choose one that is open."
     return "Open two meshes, or the example with two heads."

@@ -108,9 +108,12 @@ class DeformState(TabState):
     def missing(self) -> str | None:
         """What is to be done before anything can move; None if nothing is."""
         if not any(one.weight is None for one in self.recipe.fixed):
-            return "Select a region that is to stay, and press Fix."
+            return (
+                "Select a region that is to stay, by rectangle (R), lasso (L) or brush (B), and "
+                "press Fix."
+            )
         if not (self.recipe.handles or self.recipe.features or self.recipe.pins):
-            return "Select a region that is to be moved, and press Handle."
+            return "Select a region that is to be moved (R, L or B), and press Handle."
         return None
 
     @property

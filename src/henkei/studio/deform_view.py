@@ -13,6 +13,7 @@ from henkei.recipes.deform import Move, Pin
 from henkei.studio.deform_parts import knows_features
 from henkei.studio.deform_state import DeformState, engine_of, regions_of
 from henkei.studio.deforming import Engine, Preparing
+from henkei.studio.figures import figure
 from henkei.studio.packing import KIND
 from henkei.studio.services import Services
 from henkei.workflows.deform_by_recipe import Deformed
@@ -132,37 +133,37 @@ def _figures(deformed: Deformed, engine: Engine) -> list[dict[str, Any]]:
     quality, elements, rest = deformed.quality, deformed.elements, engine.stage.elements
     worst, before = elements.worst_scaled_jacobian, rest.worst_scaled_jacobian
     rows = [
-        _row(
+        figure(
             "Stretch of edges",
             _percent(quality.strain),
             "99 % of the edges are stretched or squeezed by no more than this",
             bad=quality.strain > STRETCHED,
         ),
-        _row(
+        figure(
             "Largest stretch",
             _percent(deformed.largest_strain),
             "of the one edge that is stretched or squeezed most",
             bad=deformed.largest_strain > LONGER - 1,
         ),
-        _row(
+        figure(
             "Worst face",
             f"{worst:.3f}",
             f"its scaled Jacobian: 1 is ideal, below 0 it is inside out; at rest {before:.3f}",
             bad=worst < SOUND <= before or worst <= 0,
         ),
-        _row(
+        figure(
             "Folded triangles",
             quality.flipped,
             "triangles that face against the surface around them",
             bad=quality.flipped > 0,
         ),
-        _row(
+        figure(
             "Features kept",
             _to(quality.feature_error, engine),
             "farthest that a vertex of a feature is from the shape it keeps",
             bad=quality.feature_error > ROUNDING,
         ),
-        _row(
+        figure(
             "Places met",
             _to(quality.hard_position_error, engine),
             "farthest that what is fixed, moved or pinned is from its place",
@@ -170,12 +171,8 @@ def _figures(deformed: Deformed, engine: Engine) -> list[dict[str, Any]]:
         ),
     ]
     for name, (at_rest, now) in deformed.radii.items():
-        rows.append(_row(f"Radius of {name}", f"{now:.5g}", f"at rest {at_rest:.5g}"))
+        rows.append(figure(f"Radius of {name}", f"{now:.5g}", f"at rest {at_rest:.5g}"))
     return rows
-
-
-def _row(label: str, value: Any, hint: str, *, bad: bool = False) -> dict[str, Any]:
-    return {"label": label, "value": value, "hint": hint, "bad": bool(bad)}
 
 
 def _to(error: float, engine: Engine) -> str:

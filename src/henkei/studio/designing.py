@@ -19,7 +19,7 @@ from henkei.mesh import Floats, Surface
 from henkei.progress import Progress, silent
 from henkei.recipes.design import KINDS, Constraint, Curve, DesignRecipe, Pin
 from henkei.recipes.recipe import ORIGIN
-from henkei.studio.drawables import frame_of, normalised
+from henkei.studio.drawables import frame_of, normalised, surface_header
 from henkei.workflows.design_by_recipe import add_constraint, designer_of
 from henkei.workflows.design_places import Places
 
@@ -171,13 +171,7 @@ class Engine:
         """
         faces, flat = self.faces(level), self.flat(recipe, level)
         centre, scale = frame_of(self._cage)
-        header = {
-            "kind": "surface",
-            "centre": centre.tolist(),
-            "scale": scale,
-            "vertices": faces.vertex_count,
-            "faces": faces.face_count,
-        }
+        header = surface_header(centre, scale, faces.vertex_count, faces.face_count)
         edges = faces.edges.astype(np.uint32)
         arrays: dict[str, NDArray[Any]] = {
             "positions": normalised(flat, centre, scale),

@@ -21,6 +21,7 @@ from henkei.combine.boundary import (
 from henkei.combine.surfaces import Disk
 from henkei.errors import HenkeiError, InvalidInput
 from henkei.geometry.alignment import similarity
+from henkei.geometry.nearest import nearest
 from henkei.geometry.repair import (
     largest_component,
     oriented,
@@ -223,7 +224,8 @@ class Disks:
         """That b should be aligned, where it lies so that mainly its place would change."""
         if recipe.align or self.boundaries is None:
             return None
-        pairs = self.vertices("pairs", recipe)
+        kinds: tuple[Kind, Kind] = ("pairs", "landmarks")
+        pairs = np.concatenate([self.vertices(kind, recipe).reshape(-1, 2) for kind in kinds])
         ends = [side.mesh.vertices[pairs[:, i]] for i, side in enumerate(self.sides)]
         onto = similarity(ends[1], ends[0])
         turn = float(np.degrees(np.linalg.norm(Rotation.from_matrix(onto.rotation).as_rotvec())))
@@ -240,6 +242,12 @@ class Disks:
         if not told:
             return None
         listed = " and ".join([*([", ".join(told[:-1])] if told[1:] else []), told[-1]])
+        if turn > MUCH_TURNED and recipe.pairs == "auto":
+            return Trouble(
+                f"by the proposed pairs b is {listed}: if it does not look so, they do not belong "
+                "together; drag them, or mark your own. If it does, align b",
+                ("align",),
+            )
         return Trouble(
             f"b is {listed}: align it, so that only the form changes in the morph", ("align",)
         )
@@ -281,6 +289,5 @@ def _nearest(side: Side, candidates: Ints, points: Any) -> Ints:
     """The candidates nearest to points (k, 3); without candidates, any vertices."""
     if not len(candidates):
         candidates = np.arange(len(side.mesh.vertices), dtype=np.int32)
-    found: Any = KDTree(side.mesh.vertices[candidates]).query(points)
-    nearest: Ints = candidates[found[1]]
-    return nearest
+    found: Ints = candidates[nearest(KDTree(side.mesh.vertices[candidates]), points)]
+    return found

@@ -20,7 +20,7 @@ class Whole(Protocol):
         """Bring a tab to the front."""
 
     def open_example(self, name: str) -> None:
-        """Open the meshes of a built-in example, and its recipe."""
+        """Begin to make a built-in example, which is then opened."""
 
     def remove_mesh(self, mesh: str) -> None:
         """Close a mesh."""

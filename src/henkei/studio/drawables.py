@@ -31,13 +31,7 @@ def drawable(surface: Surface) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]
         there are others than triangles; all uint32.
     """
     centre, scale = frame_of(surface)
-    header = {
-        "kind": "surface",
-        "centre": centre.tolist(),
-        "scale": scale,
-        "vertices": len(surface.vertices),
-        "faces": surface.face_count,
-    }
+    header = surface_header(centre, scale, len(surface.vertices), surface.face_count)
     arrays: dict[str, NDArray[Any]] = {
         "positions": normalised(surface.vertices, centre, scale),
         "edges": surface.topology.edges.astype(np.uint32),
@@ -52,12 +46,27 @@ def drawable(surface: Surface) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]
     return header, arrays
 
 
+def surface_header(centre: Floats, scale: float, vertices: int, faces: int) -> dict[str, Any]:
+    """The header of a surface for the page, with how many vertices and faces it has."""
+    return {
+        "kind": "surface",
+        "centre": centre.tolist(),
+        "scale": scale,
+        "vertices": vertices,
+        "faces": faces,
+    }
+
+
 def frame_of(surface: Surface) -> tuple[Floats, float]:
     """Centre (3,) of a surface's bounding box, and half its diagonal."""
-    used = surface.vertices[np.unique(surface.indices)]
-    if not len(used):
+    return frame_around(surface.vertices[np.unique(surface.indices)])
+
+
+def frame_around(points: Floats) -> tuple[Floats, float]:
+    """Centre (3,) of the bounding box of points (n, 3), and half its diagonal; 1 if it has none."""
+    if not len(points):
         return np.zeros(3), 1.0
-    low, high = used.min(axis=0), used.max(axis=0)
+    low, high = points.min(axis=0), points.max(axis=0)
     return (low + high) / 2, float(np.linalg.norm(high - low)) / 2 or 1.0
 
 
@@ -70,14 +79,20 @@ def normalised(points: Floats, centre: Floats, scale: float) -> NDArray[np.float
 
 def _creases(surface: Surface) -> NDArray[np.uint32]:
     topology = surface.topology
-    border = _ends(topology, np.flatnonzero(topology.twin < 0))
+    border = border_edges(topology)
     if surface.face_count > MANY_FACES:
         return border
-    sharp = _ends(topology, Folds(surface).sharp(CREASE))
+    sharp = ends_of(topology, Folds(surface).sharp(CREASE))
     return np.concatenate([border, _long(sharp, len(surface.vertices))])
 
 
-def _ends(topology: Topology, half_edges: NDArray[np.integer]) -> NDArray[np.uint32]:
+def border_edges(topology: Topology) -> NDArray[np.uint32]:
+    """Edges (e, 2) that no face continues across: of the boundary, or not manifold."""
+    return ends_of(topology, np.flatnonzero(topology.twin < 0))
+
+
+def ends_of(topology: Topology, half_edges: NDArray[np.integer]) -> NDArray[np.uint32]:
+    """Start and end (h, 2) of half-edges (h,)."""
     ends = [topology.indices[half_edges], topology.target[half_edges]]
     return np.stack(ends, axis=1).astype(np.uint32)
 

@@ -4,38 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from henkei.errors import InvalidInput
-from henkei.recipes.any import RECIPES
-from henkei.recipes.recipe import Recipe
 
 if TYPE_CHECKING:
     from henkei.mesh import Surface
 
-
-@dataclass(frozen=True)
-class Made:
-    """An example's meshes with their names, in the order of the tab's slots, and its recipe."""
-
-    surfaces: Sequence[tuple[str, Surface]]
-    recipe: Recipe
+Parts = tuple[Sequence[tuple[str, Callable[[], "Surface"]]], Callable[[], Mapping[str, Any]]]
+"""Names of meshes and what makes each, in the order of a tab's slots; and what gives the data of
+the recipe."""
 
 
 @dataclass(frozen=True)
 class Example:
-    """One that is listed; it is made when it is opened."""
+    """One that is listed; :mod:`henkei.studio.tasks.example` makes it when it is opened.
+
+    parts : gives what it is made of, at once.
+    """
 
     name: str
     title: str
     tab: str
     about: str
-    make: Callable[[], tuple[Sequence[tuple[str, Surface]], Mapping[str, Any]]]
-
-    def made(self) -> Made:
-        """Its meshes and recipe."""
-        surfaces, data = self.make()
-        return Made(surfaces, RECIPES[self.tab].of(data))  # type: ignore[index]
+    parts: Callable[[], Parts]
 
 
 def listed() -> list[dict[str, str]]:
@@ -59,60 +52,66 @@ def example(name: str) -> Example:
     raise InvalidInput(f"there is no example {name[:40]!r}")
 
 
-def _heads() -> tuple[Sequence[tuple[str, Surface]], Mapping[str, Any]]:
+def _heads() -> Parts:
     from henkei.shapes import head, head_features, head_landmarks
 
-    neck = zip(head_landmarks("woman"), head_landmarks("goblin"), strict=True)
-    face = zip(head_features("woman"), head_features("goblin"), strict=True)
-    data = {"pairs": _rows(neck), "landmarks": _rows(face)}
-    return [("woman", head("woman")), ("goblin", head("goblin"))], data
+    def recipe() -> dict[str, Any]:
+        neck = zip(head_landmarks("woman"), head_landmarks("goblin"), strict=True)
+        face = zip(head_features("woman"), head_features("goblin"), strict=True)
+        return {"pairs": _rows(neck), "landmarks": _rows(face)}
+
+    return [(kind, partial(head, kind)) for kind in ("woman", "goblin")], recipe
 
 
-def _animal_and_man() -> tuple[Sequence[tuple[str, Surface]], Mapping[str, Any]]:
+def _animal_and_man() -> Parts:
     from henkei.shapes import humanoid, mediator_landmarks, quadruped
 
-    at, on = mediator_landmarks("quadruped"), mediator_landmarks("humanoid", arms_angle=40)
-    same = {"nose": "nose", "left fore paw": "left hand", "right fore paw": "right hand"}
-    landmarks = _rows((at[here], on[there]) for here, there in same.items())
-    surfaces = [("animal", quadruped()), ("man", humanoid(arms_angle=40))]
-    return surfaces, {"landmarks": landmarks, "morph": {"path": "rotation"}}
+    def recipe() -> dict[str, Any]:
+        at, on = mediator_landmarks("quadruped"), mediator_landmarks("humanoid", arms_angle=40)
+        same = {"nose": "nose", "left fore paw": "left hand", "right fore paw": "right hand"}
+        landmarks = _rows((at[here], on[there]) for here, there in same.items())
+        return {"landmarks": landmarks, "morph": {"path": "rotation"}}
+
+    return [("animal", quadruped), ("man", partial(humanoid, arms_angle=40))], recipe
 
 
-def _bumper() -> tuple[Sequence[tuple[str, Surface]], Mapping[str, Any]]:
+def _bumper() -> Parts:
     from henkei.shapes import bumper, bumper_parts
 
-    part = bumper_parts()
-    data = {
-        "fixed": [{"name": "sides", "region": _region(part["sides"])}],
-        "features": ["hole *", {"name": "plate", "region": _region(part["licence plate"])}],
-        "handles": [{"name": "emblem", "region": _region(part["handle"])}],
-    }
-    return [("bumper", bumper())], data
+    def recipe() -> dict[str, Any]:
+        part = bumper_parts()
+        return {
+            "fixed": [{"name": "sides", "region": _region(part["sides"])}],
+            "features": ["hole *", {"name": "plate", "region": _region(part["licence plate"])}],
+            "handles": [{"name": "emblem", "region": _region(part["handle"])}],
+        }
+
+    return [("bumper", bumper)], recipe
 
 
-def _door() -> tuple[Sequence[tuple[str, Surface]], Mapping[str, Any]]:
+def _door() -> Parts:
     from henkei.shapes import door_panel
 
-    return [("door", door_panel())], {}
+    return [("door", door_panel)], dict
 
 
-def _animal() -> tuple[Sequence[tuple[str, Surface]], Mapping[str, Any]]:
+def _animal() -> Parts:
     from henkei.shapes import quadruped
 
-    return [("animal", quadruped())], {"quads": 2000}
+    return [("animal", quadruped)], lambda: {"quads": 2000}
 
 
-def _plate() -> tuple[Sequence[tuple[str, Surface]], Mapping[str, Any]]:
+def _plate() -> Parts:
     from henkei.shapes import plate_with_holes
 
-    return [("plate", plate_with_holes(3000))], {"quads": 1000}
+    return [("plate", partial(plate_with_holes, 3000))], lambda: {"quads": 1000}
 
 
-def _designed(name: str) -> tuple[Sequence[tuple[str, Surface]], Mapping[str, Any]]:
+def _designed(name: str) -> Parts:
     from henkei.workflows.design_examples import EXAMPLES as DESIGNS
 
     design = DESIGNS[name]
-    return [(f"{name} cage", design.cage())], design.constraints()
+    return [(f"{name} cage", design.cage)], design.constraints
 
 
 def _region(vertices: Any) -> dict[str, list[int]]:

@@ -250,7 +250,7 @@ def _write_deformed(one: Export, ending: str) -> None:
     from henkei.io import write
     from henkei.workflows.deform_by_recipe import deform_by_recipe
 
-    done = deform_by_recipe(one.recipe, one.surface, progress=one.progress)
+    done = deform_by_recipe(one.surface, one.recipe, progress=one.progress)
     write(one.file(ending), done.mesh)
 
 

@@ -1,9 +1,11 @@
 """Autosave: every step of a session in a file as it is done, and what is tried out twice a second.
 
 Each line of the file is a checksum and a JSON object: the ``start``, a ``commit``, ``undo``,
-``redo``, a ``draft``, or its ``drop``. Documents stand there by their top-level parts, only those
-that differ from the committed document, and whole now and then. The system has each line before
-the call returns, so that a process which is killed loses nothing that it wrote.
+``redo``, a ``draft``, or its ``drop``; and the id of the message that asked for it, so that it is
+not done again for a page that asks again as it lost the answer. Documents stand there by their
+top-level parts, only those that differ from the committed document, and whole now and then. The
+system has each line before the call returns, so that a process which is killed loses nothing that
+it wrote.
 """
 
 from __future__ import annotations
@@ -13,12 +15,12 @@ import os
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
 from io import FileIO
 from pathlib import Path
-from typing import Generic
+from typing import Any, Generic
 
 from henkei.errors import InvalidInput
 from henkei.io.whole import whole
@@ -31,6 +33,7 @@ __all__ = ["Journal", "packed", "unpacked"]
 NAME = "journal.jsonl"
 WHOLE_EVERY = 50  # lines
 INTERVAL = 0.5  # seconds
+MOST_ASKED = 100  # ids of messages that are known
 
 
 class Journal(Generic[Document]):
@@ -45,6 +48,7 @@ class Journal(Generic[Document]):
     codec : how documents are written.
     steps : those done so far, as :func:`henkei.studio.lines.read` and ``replay`` give them; for a
         new session ``History(codec.parts(document))``.
+    asked : ids of the messages that asked for them.
     interval : seconds between drafts that are written; the last one is never left out.
     clock : tells the time in seconds.
     fsync : wait until each line is on the disk, so that it outlasts even a power cut.
@@ -55,6 +59,7 @@ class Journal(Generic[Document]):
         folder: Path,
         codec: Codec[Document],
         steps: History[Parts],
+        asked: Iterable[Any] = (),
         *,
         interval: float = INTERVAL,
         clock: Callable[[], float] = time.monotonic,
@@ -62,6 +67,7 @@ class Journal(Generic[Document]):
     ) -> None:
         self.file = folder / NAME
         self.trouble: str | None = None
+        self.asked = deque(asked, maxlen=MOST_ASKED)
         self._codec, self._steps = codec, steps
         self._interval, self._clock, self._fsync = interval, clock, fsync
         self._stream: FileIO | None = None
@@ -74,13 +80,13 @@ class Journal(Generic[Document]):
         self._writer: threading.Thread | None = None
         self._write(b"")
 
-    def commit(self, document: Document, label: str, tab: str = "") -> None:
-        """A step to another document."""
+    def commit(self, document: Document, label: str, tab: str = "", asked: Any = None) -> None:
+        """A step to another document, for which a message of the id ``asked`` has asked."""
         with self._lock:
             self._waiting.clear()
             parts = self._codec.parts(document).sharing(self._steps.committed)
             step = Step.to(parts, label, tab)
-            text = line_of("commit", step, self._base())
+            text = line_of("commit", step, self._base(), self._noted(asked))
             self._steps.commit(parts, label, tab)
             self._write(text)
 
@@ -89,19 +95,19 @@ class Journal(Generic[Document]):
         with self._lock:
             return partial(self._codec.document, self._steps.steps[position].document)
 
-    def undo(self) -> None:
+    def undo(self, asked: Any = None) -> None:
         """The last step is taken back."""
         with self._lock:
             self._waiting.clear()
             self._steps.undo()
-            self._write(line("undo"))
+            self._write(line("undo", self._noted(asked)))
 
-    def redo(self) -> None:
+    def redo(self, asked: Any = None) -> None:
         """The step that was undone last is done again."""
         with self._lock:
             self._waiting.clear()
             self._steps.redo()
-            self._write(line("redo"))
+            self._write(line("redo", self._noted(asked)))
 
     def draft(self, document: Document, label: str = "", tab: str = "") -> None:
         """A document that is tried out; it is written soon, or a later one in its place."""
@@ -152,6 +158,12 @@ class Journal(Generic[Document]):
                 self._woken.clear()
                 self.flush()
 
+    def _noted(self, asked: Any) -> list[Any]:
+        """What is told in a line of the message that asked for it, if one did."""
+        noted = [] if asked is None else [asked]
+        self.asked += noted
+        return noted
+
     def _base(self) -> Parts | None:
         """What the next line may leave out; now and then nothing."""
         self._since_whole = (self._since_whole + 1) % WHOLE_EVERY
@@ -176,7 +188,7 @@ class Journal(Generic[Document]):
     def _rewritten(self) -> FileIO:
         """The file with a line for each step, open for more."""
         with whole(self.file) as stream:
-            stream.writelines(lines(self._steps, WHOLE_EVERY))
+            stream.writelines(lines(self._steps, WHOLE_EVERY, self.asked))
         self._since_whole = 0
         return self.file.open("ab", buffering=0)
 

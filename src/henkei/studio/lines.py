@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Generic
@@ -73,10 +73,12 @@ class Record:
 
     steps : up to the first damage.
     damage : what is damaged, if anything is.
+    asked : ids of the messages that asked for what was done last.
     """
 
     steps: History[Parts]
     damage: str | None = None
+    asked: tuple[Any, ...] = ()
 
 
 def read(file: Path) -> Record:
@@ -94,10 +96,13 @@ def read(file: Path) -> Record:
         raise InvalidFile(f"{file}: cannot be read ({error.strerror or error})") from None
     steps: History[Parts] | None = None
     damage = None
+    asked: list[Any] = []
     found = content.removesuffix(b"\n").split(b"\n")
     for number, text in enumerate(found, 1):
         try:
-            steps = _after(steps, _entry(text))
+            entry = _entry(text)
+            steps = _after(steps, entry)
+            asked += entry.get("asked", [])
         except (HenkeiError, ValueError, TypeError, LookupError, AttributeError) as error:
             if number < len(found):
                 damage = f"line {number} of {len(found)} is damaged ({error}): later ones are lost"
@@ -108,7 +113,7 @@ def read(file: Path) -> Record:
     if draft is not None and draft.document.texts != steps.committed.texts:
         steps.commit(draft.document, draft.label, draft.tab)
     steps.drop()
-    return Record(steps, damage)
+    return Record(steps, damage, tuple(asked))
 
 
 def replay(record: Record, codec: Codec[Document]) -> tuple[History[Document], Record]:
@@ -131,19 +136,23 @@ def replay(record: Record, codec: Codec[Document]) -> tuple[History[Document], R
             failure = failure or error
         else:
             damage = f"{failure}; it is left out" if failure else record.damage
-            return history, Record(History.restored(kept.steps[:end], position), damage)
+            left = History.restored(kept.steps[:end], position)
+            return history, replace(record, steps=left, damage=damage)
     raise failure or InvalidFile("there is no step")
 
 
-def lines(steps: History[Parts], whole_every: int) -> Iterator[bytes]:
+def lines(steps: History[Parts], whole_every: int, asked: Sequence[Any] = ()) -> Iterator[bytes]:
     """The lines of a journal that tells of these steps, and of the draft.
 
     whole_every : so many lines with documents apart, one is whole.
+    asked : what is told of messages, see :class:`Record`.
     """
     base: Parts | None = None
     for number, step in enumerate(steps.steps):
-        kind = "commit" if number else "start"
-        yield line_of(kind, step, base if number % whole_every else None)
+        if number:
+            yield line_of("commit", step, base if number % whole_every else None)
+        else:
+            yield line_of("start", step, None, asked)
         base = step.document
     for _ in range(len(steps.steps) - 1 - steps.position):
         yield line("undo")
@@ -151,22 +160,28 @@ def lines(steps: History[Parts], whole_every: int) -> Iterator[bytes]:
         yield line_of("draft", steps.drafted, steps.committed)
 
 
-def line_of(kind: str, step: Step[Parts], base: Parts | None) -> bytes:
+def line_of(kind: str, step: Step[Parts], base: Parts | None, asked: Sequence[Any] = ()) -> bytes:
     """A line with the document of a step.
 
     base : the committed document before it, whose parts are left out; None to write all of them.
+    asked : as in :func:`line`.
     """
     texts = step.document.texts
     about = {"label": _dumps(step.label), "tab": _dumps(step.tab), "form": _dumps(FORM)}
     if base is None or list(base.texts) != list(texts):
-        return line(kind, **about, document=_object(texts))
+        return line(kind, asked, **about, document=_object(texts))
     changed = {name: text for name, text in texts.items() if base.texts[name] != text}
-    return line(kind, **about, changed=_object(changed))
+    return line(kind, asked, **about, changed=_object(changed))
 
 
-def line(kind: str, **fields: str) -> bytes:
-    """A line with a checksum; fields are JSON texts."""
-    text = _object({"kind": _dumps(kind), **fields}).encode("ascii")
+def line(kind: str, asked: Sequence[Any] = (), **fields: str) -> bytes:
+    """A line with a checksum.
+
+    asked : ids of the messages that asked for it.
+    fields : JSON texts.
+    """
+    because = {"asked": _dumps(list(asked))} if asked else {}
+    text = _object({"kind": _dumps(kind), **because, **fields}).encode("ascii")
     return b"%08x %s\n" % (zlib.crc32(text), text)
 
 

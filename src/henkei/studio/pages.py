@@ -189,11 +189,6 @@ class EngineProgress:
     def __init__(self, tell: Callable[[dict[str, Any]], None]) -> None:
         self._tell, self._start, self._told = tell, time.monotonic(), 0.0
 
-    def expect(self, message: str) -> None:
-        """What comes takes long; show it at once."""
-        self._start = -LONG
-        self(message, 0.0)
-
     def __call__(self, message: str, fraction: float) -> None:
         now = time.monotonic()
         if now - self._start > LONG and now - self._told > OFTEN:

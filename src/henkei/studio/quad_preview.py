@@ -16,7 +16,7 @@ from henkei.quad.plane_cut import Plane
 from henkei.quad.sizing import relative_sizes, sizes_for
 from henkei.quad.surfaces import Wound
 from henkei.quad.symmetry import Half
-from henkei.quad.wishes import QUADS
+from henkei.quad.wishes import wished_quads
 from henkei.recipes.quad import QuadRecipe
 from henkei.recipes.recipe import Point
 from henkei.studio.services import Services
@@ -49,10 +49,13 @@ class Preview:
         return [name for name, values in found if _is_density(values)]
 
     def quads(self, recipe: QuadRecipe) -> float:
-        """How many quads a recipe asks for."""
-        if recipe.edge_length is not None:
-            return self.area / recipe.edge_length**2
-        return QUADS if recipe.quads is None else recipe.quads
+        """How many quads a recipe asks for.
+
+        Raises
+        ------
+        InvalidInput : more than can be made.
+        """
+        return wished_quads(self.area, recipe.quads, recipe.edge_length)
 
     def sizes(self, recipe: QuadRecipe) -> Floats:
         """Wished length (n,) of quads' edges at each vertex, in the unit of the mesh.
@@ -61,11 +64,11 @@ class Preview:
 
         Raises
         ------
-        InvalidInput : the density cannot be used.
+        InvalidInput : the density cannot be used, or more quads are wished than can be made.
         """
         density = density_of(recipe, self.surface, Path())
         relative = relative_sizes(self.mesh, density)
-        return sizes_for(self.mesh, relative, max(1.0, self.quads(recipe)))
+        return sizes_for(self.mesh, relative, self.quads(recipe))
 
     def lines(self, recipe: QuadRecipe) -> dict[str, NDArray[Any]]:
         """The ``edges`` (k, 2) that quads will follow; boundaries come first.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from henkei.errors import HenkeiError
 from henkei.quad.quality import QuadQuality
 from henkei.recipes.quad import QuadRecipe
+from henkei.studio.figures import figure
 from henkei.studio.quad_preview import Preview, preview_of
 from henkei.studio.services import Services
 from henkei.studio.tasks.quad import KINDS
@@ -33,7 +34,9 @@ def described(state: QuadState, services: Services) -> dict[str, Any]:
         view["surfaces"]["cage"] = {"data": state.cage.cage}
     try:
         preview = preview_of(entry.surface, services)
-        view["wish"] = wish(preview, state.recipe, entry.surface, services)
+        view["wish"] = measured(preview)
+        preview.quads(state.recipe)  # refuses what cannot be made
+        view["wish"] |= wish(preview, state.recipe, entry.surface, services)
         if state.recipe.symmetry is not None and not preview.large:
             asked = ("quad", "symmetry", entry.surface, state.recipe.symmetry)
             refusal = services.remembered(asked, lambda: _asymmetry(preview, state.recipe))
@@ -46,25 +49,32 @@ def described(state: QuadState, services: Services) -> dict[str, Any]:
 # What is wished
 
 
-def wish(preview: Preview, recipe: QuadRecipe, blob: str, services: Services) -> dict[str, Any]:
-    """What is known before the quads are made.
+def measured(preview: Preview) -> dict[str, Any]:
+    """What is known of the surface itself.
 
-    ``area`` of the surface; how many edges are on its ``border``; ``densities``, the attributes
-    that can be one; ``lines``, a blob with the edges that will be kept, see
-    :meth:`henkei.studio.quad_preview.Preview.lines`; ``sizes``, a blob with the edge length at each
-    vertex, if these differ; ``plane`` of symmetry. The last three are left out where the surface is
-    ``large``.
-
-    Raises
-    ------
-    HenkeiError : what the recipe asks for cannot be had.
+    Its ``area``; how many edges are on its ``border``; ``densities``, the attributes that can be
+    one; whether it is ``large``.
     """
-    told: dict[str, Any] = {
+    return {
         "area": preview.area,
         "border": preview.border,
         "densities": preview.densities,
         "large": preview.large,
     }
+
+
+def wish(preview: Preview, recipe: QuadRecipe, blob: str, services: Services) -> dict[str, Any]:
+    """What is known of the quads before they are made; nothing where the surface is large.
+
+    ``lines``, a blob with the edges that will be kept, see
+    :meth:`henkei.studio.quad_preview.Preview.lines`; ``sizes``, a blob with the edge length at each
+    vertex, if these differ; ``plane`` of symmetry.
+
+    Raises
+    ------
+    HenkeiError : what the recipe asks for cannot be had.
+    """
+    told: dict[str, Any] = {}
     if preview.large:
         return told
 
@@ -131,24 +141,26 @@ def figures(quality: QuadQuality, wished: int | None) -> list[dict[str, Any]]:
     q = quality
     asked = f"{wished:,} were asked for" if wished else ""
     rows = [
-        _row("Quads", q.quads, asked, wished is not None and abs(q.quads - wished) > OFF * wished),
-        _row("Irregular vertices", q.irregular, "inside, where other than four quads meet"),
-        _row("Patches", q.patches, f"bounded by {LAYOUTS.get(q.layout, q.layout)}"),
-        _row(
+        figure(
+            "Quads", q.quads, asked, wished is not None and abs(q.quads - wished) > OFF * wished
+        ),
+        figure("Irregular vertices", q.irregular, "inside, where other than four quads meet"),
+        figure("Patches", q.patches, f"bounded by {LAYOUTS.get(q.layout, q.layout)}"),
+        figure(
             "Worst shape",
             round(q.worst_scaled_jacobian, 3),
             "scaled Jacobian: 1 for a rectangle, 0 or less for a folded quad",
             q.worst_scaled_jacobian <= 0,
         ),
-        _row("Mean shape", round(q.mean_scaled_jacobian, 3), "likewise, over all quads"),
-        _row(
+        figure("Mean shape", round(q.mean_scaled_jacobian, 3), "likewise, over all quads"),
+        figure(
             "Corners off square",
             round(q.mean_angle_deviation, 1),
             "how far corners are from 90 degrees, on average",
             unit="°",
         ),
-        _row("Folded quads", q.inverted, "a corner is turned inside out", q.inverted > 0),
-        _row("Flipped quads", q.flipped, "they face against the surface", q.flipped > 0),
+        figure("Folded quads", q.inverted, "a corner is turned inside out", q.inverted > 0),
+        figure("Flipped quads", q.flipped, "they face against the surface", q.flipped > 0),
         _percent("Quads off the input", q.distance_to_input, "at most"),
         _percent("Input off the quads", q.distance_from_input, "at most"),
         _percent("Mean distance", q.mean_distance, "both ways"),
@@ -181,11 +193,7 @@ def warnings(quality: QuadQuality) -> list[str]:
 
 def _percent(label: str, fraction: float, of: str) -> dict[str, Any]:
     hint = f"{of}, in percent of the diagonal of the bounding box"
-    return _row(label, float(f"{100 * fraction:.2g}"), hint, fraction > FAR, "%")
-
-
-def _row(label: str, value: float, hint: str, bad: bool = False, unit: str = "") -> dict[str, Any]:
-    return {"label": label, "value": value, "hint": hint, "bad": bad, "unit": unit}
+    return figure(label, float(f"{100 * fraction:.2g}"), hint, fraction > FAR, "%")
 
 
 def _many(number: int, one: str, many: str) -> str:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from hashlib import sha256
 from pathlib import PurePath
 from typing import Any, ClassVar, Literal, Self
 
-from henkei.recipes.morph import Morph
 from henkei.recipes.recipe import Number, Part
 from henkei.recipes.register import RegisterRecipe, is_mediator_file
 from henkei.register.mediators import SPHERE
+from henkei.studio.figures import Figure
 from henkei.studio.named_files import require_no_files
 from henkei.studio.registering import SIDES, Both, Side
 from henkei.studio.services import Services
-from henkei.studio.tabs.base import BlobId, Flag, MeshId, TabState
+from henkei.studio.tabs.base import BlobId, MeshId, Result, ResultState, changed, digest
 
 
 class Colour(Part):
@@ -28,26 +27,13 @@ class Colour(Part):
     unit: str = ""
 
 
-class Figure(Part):
-    """A figure of quality."""
-
-    label: str
-    value: int | float | str
-    unit: str = ""
-    hint: str = ""
-    bad: Flag = False
-
-
-class Registered(Part):
+class Registered(Result):
     """What was made; see :func:`henkei.studio.tasks.register.run`.
 
-    of : digest of the recipe that it was made by.
     landmarks : vertices of the model, in the recipe's order.
     missed : a vertex of the target that is farthest from the model.
     """
 
-    of: str
-    result: BlobId
     shapes: BlobId
     turning: BlobId | None = None
     colours: tuple[Colour, ...] = ()
@@ -57,7 +43,7 @@ class Registered(Part):
     missed: int | None = None
 
 
-class RegisterState(TabState):
+class RegisterState(ResultState):
     """Two meshes, how one is registered onto the other, and what came of it.
 
     mediator : the mesh that is the mediator, if it is none by name; the recipe has its file's name.
@@ -72,11 +58,6 @@ class RegisterState(TabState):
     result: Registered | None = None
 
     @property
-    def made(self) -> str | None:
-        current = self.result is not None and self.result.of == self.digest
-        return self.result.result if self.result and current else None
-
-    @property
     def meshes(self) -> dict[str, str | None]:
         """The mesh in each slot; that of the mediator only if it has one."""
         own = {} if self.mediator is None else {"mediator": self.mediator}
@@ -85,9 +66,7 @@ class RegisterState(TabState):
     @property
     def digest(self) -> str:
         """Of all in the recipe that the result depends on, and of the mediator."""
-        plain = {"about": "", "schema_file": None, "morph": Morph()}
-        said = self.recipe.model_copy(update=plain).text()
-        return sha256(f"{said}{self.mediator}".encode()).hexdigest()[:32]
+        return digest(self.recipe, str(self.mediator))
 
     def with_mesh(self, slot: str, mesh: str | None) -> Self:
         """Another mesh in a slot; of the recipe stays what is not about the one before."""
@@ -101,9 +80,7 @@ class RegisterState(TabState):
 
     def saying(self, **changes: Any) -> RegisterState:
         """With a recipe changed in some fields, checked as a whole; None is a default."""
-        data = self.recipe.model_dump(exclude_defaults=True) | changes
-        said = {name: value for name, value in data.items() if value is not None}
-        return self.with_recipe(RegisterRecipe.of(said))
+        return self.with_recipe(changed(self.recipe, changes))
 
     def with_recipe(self, recipe: RegisterRecipe) -> RegisterState:
         """With another recipe, whose mediator stays a mesh only if it names one.

@@ -13,43 +13,34 @@ from henkei.geometry.interpolation import between
 from henkei.mesh import Floats
 from henkei.recipes.register import is_mediator_file
 from henkei.register import Registration
+from henkei.studio.morphs import MOST_TURNED, delay, time_of
 from henkei.studio.registering import Both, Side, Trouble
 from henkei.studio.services import Services
-from henkei.studio.tabs.base import Product
-from henkei.workflows.morph_by_recipe import swept, way_of
+from henkei.studio.tabs.base import Product, drawn
+from henkei.workflows.morph_by_recipe import way_of
 
 if TYPE_CHECKING:
     from henkei.studio.register_state import Registered, RegisterState
 
 FEW = 3  # landmarks, below which it is a guess
-MOST_TURNED = 400_000  # vertices whose turning path a page can hold
 
 
 def begin(state: RegisterState, services: Services) -> dict[str, Any]:
     """What there is to say while a mesh is missing."""
-    surfaces = {
-        slot: {"data": services.drawn(services.entry(mesh).surface)}
-        for slot, mesh in state.meshes.items()
-        if mesh is not None and slot != "mediator"
-    }
     told = {
         (False, False): "Open two meshes: the source, which keeps its vertices and faces, and the "
         "target, whose form it takes on. Or open the example, in which an animal becomes a man.",
         (True, False): "Open the target, whose form the source takes on.",
         (False, True): "Open the source, which keeps its vertices and faces.",
     }[state.source is not None, state.target is not None]
-    return {"surfaces": surfaces, "next": told, "ready": False, "landmarks": []}
+    return {"surfaces": drawn(state, services), "next": told, "ready": False, "landmarks": []}
 
 
 def described(both: Both, state: RegisterState, services: Services) -> dict[str, Any]:
     """Both surfaces, the landmarks, what is wrong, the result, and what to do next."""
-    surfaces = {
-        side.name: {"data": services.drawn(services.entry(state.meshes[side.name]).surface)}
-        for side in both.sides
-    }
     trouble = wrong(both, state, services)
     view: dict[str, Any] = {
-        "surfaces": surfaces,
+        "surfaces": drawn(state, services),
         "landmarks": [asdict(one) for one in both.marked(state.recipe.landmarks)],
         "labels": [_labels(side) for side in both.sides],
         "trouble": None if trouble is None else asdict(trouble),
@@ -89,10 +80,7 @@ def shape_at(state: RegisterState, at: str, services: Services) -> Product:
     """The shape at a time from 0 to 1, as it is seen: in the place of the target."""
     if state.result is None:
         raise InvalidInput("there is no shape to keep yet; register the meshes first")
-    try:
-        time = float(at)
-    except ValueError:
-        raise InvalidInput(f"a time from 0 to 1 names a shape, not {at[:40]!r}") from None
+    time = time_of(at)
     services.progress("making the shape", 0.0)
     result = services.blobs.result(state.result.result)
     way = way_of(state.recipe.morph, result)
@@ -102,8 +90,7 @@ def shape_at(state: RegisterState, at: str, services: Services) -> Product:
         PurePath(services.entry(mesh).name).stem for mesh in (state.source, state.target)
     )
     name = f"{source} on {target}" if time == 1 else f"{source} to {target}, {time:.3g}"
-    surface = services.blobs.put_surface(shape)
-    return Product(surface, name, len(shape.vertices), shape.face_count)
+    return Product.of(shape, name, services)
 
 
 def _labels(side: Side) -> list[str]:
@@ -117,21 +104,8 @@ def _made(state: RegisterState, result: Registered, services: Services) -> dict[
     return {
         **result.model_dump(exclude={"of", "result", "warnings"}),
         "current": state.made is not None,
-        "delay": _delay(state, result, services),
+        "delay": delay(state.recipe.morph, result.result, services),
     }
-
-
-def _delay(state: RegisterState, result: Registered, services: Services) -> str | None:
-    """A blob with the time at which each vertex starts; None if all start at once."""
-    side = state.recipe.morph.sweep
-    if side is None:
-        return None
-
-    def make() -> str:
-        made: Registration = services.blobs.result(result.result)
-        return services.values(swept(made.correspondence.vertices_a, side))
-
-    return services.remembered(("delay", result.result, side), make)
 
 
 def _next(state: RegisterState) -> str:

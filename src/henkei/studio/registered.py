@@ -10,6 +10,7 @@ from henkei.geometry.distance import ClosestPoints
 from henkei.mesh import Floats, Mesh
 from henkei.register import Registration
 from henkei.register.quality import RegisterQuality, stretch_ratios
+from henkei.studio.figures import figure
 
 if TYPE_CHECKING:
     from henkei.studio.blobs import Blobs
@@ -90,19 +91,19 @@ def figures(result: Registration) -> list[dict[str, Any]]:
         hint = "the farthest that one is from its counterpart: rounding only"
         rows.append(_length("Landmarks off their places", q.landmark_error, hint, OFF))
     rows += [
-        _row(
+        figure(
             "Faces turned over",
             q.inverted,
             "on the sphere on which both meet: there are none",
             bad=q.inverted > 0,
         ),
-        _row(
+        figure(
             "Faces the wrong way round",
             q.flipped,
             "they look against the target: none, or a few",
             bad=q.flipped_fraction > FEW,
         ),
-        _row(
+        figure(
             "Faces that intersect others",
             q.self_intersecting,
             f"of the target it is {q.self_intersecting_target:.2%} of the faces",
@@ -111,15 +112,15 @@ def figures(result: Registration) -> list[dict[str, Any]]:
     ]
     if q.bridged:
         hint = "the target has holes there; they continue the surface around smoothly"
-        rows.append(_row("Vertices in holes of the target", q.bridged, hint))
+        rows.append(figure("Vertices in holes of the target", q.bridged, hint))
     return [
         *rows,
-        _row(
+        figure(
             "Change of area",
             _rounded(q.area_distortion),
             "spread of the logarithm of how faces grow: below 1 between shapes with the same parts",
         ),
-        _row(
+        figure(
             "Stretch of faces",
             _rounded(q.angle_distortion),
             "longest by shortest, in the mean: near 1 between shapes that are alike, 2 to 4 "
@@ -219,13 +220,9 @@ def _length(label: str, fraction: float, hint: str, most: float) -> dict[str, An
     """A length as a share of the target's diagonal."""
     value = _rounded(PERCENT * fraction) if fraction > 1e-9 else 0
     hint = f"of the diagonal of the target's box; {hint}" if hint else ""
-    return {**_row(label, value, hint, bad=fraction > most), "unit": "%"}
+    return figure(label, value, hint, fraction > most, "%")
 
 
 def _rounded(value: float) -> float:
     """To three digits."""
     return float(f"{value:.3g}")
-
-
-def _row(label: str, value: float, hint: str = "", *, bad: bool = False) -> dict[str, Any]:
-    return {"label": label, "value": value, "hint": hint, "bad": bool(bad)}

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from henkei.errors import HenkeiError, InvalidInput
+from henkei.geometry.nearest import nearest
 from henkei.mesh import Floats, Mesh, Surface
 from henkei.recipes.pairs import Pair
 from henkei.register.landmarks import Landmarks, resolved
@@ -167,7 +168,7 @@ class Both:
         if array.ndim == 2:
             sizes = [len(side.vertices) for side in self.sides]
             return [Marked(*row) for row in array.tolist()] if (array < sizes).all() else []
-        a, b = (np.asarray(side.tree.query(array[:, k])[1]) for k, side in enumerate(self.sides))
+        a, b = (nearest(side.tree, array[:, k]) for k, side in enumerate(self.sides))
         rows = zip(a.tolist(), b.tolist(), array.tolist(), strict=True)
         return [Marked(i, j, tuple(map(tuple, points))) for i, j, points in rows]
 

@@ -23,12 +23,13 @@ from henkei.studio.aside import Aside
 from henkei.studio.document import TABS, Document, MeshEntry
 from henkei.studio.document_actions import document_action
 from henkei.studio.downloads import clear_old
+from henkei.studio.examples import Example
 from henkei.studio.jobs import Done, Outcome
 from henkei.studio.messages import Message
 from henkei.studio.pages import Client, EngineProgress, Pages
 from henkei.studio.services import Services
 from henkei.studio.sessions import Kept, Sessions
-from henkei.studio.tabs.base import Action, LongAction
+from henkei.studio.tabs.base import Action, LongAction, Work
 from henkei.studio.works import DOWNLOADS, Post, Works, reason
 
 TIDY_AFTER = 30.0  # seconds after the start
@@ -66,6 +67,7 @@ class Session:
         self._progress = EngineProgress(self._pages.tell)
         self._tab = "combine"
         self._done: deque[Any] = deque(maxlen=1000)  # ids of messages
+        self._asked: Any = None  # the id of the message that is being done
         self._names: dict[Client, Any] = {}  # what pages call themselves
         self._dragger: Any = None  # the name of the page that tried something out last
         self._kept: Kept[Document] = sessions.create()
@@ -217,7 +219,7 @@ class Session:
             "meshes": {slot: (entry.name, entry.surface) for slot, entry in entries.items()},
             "result": state.made,
         }
-        return {"job": self._works.write(tab, asked)}
+        return self._works.write(tab, asked)
 
     def download(self, ident: str) -> tuple[Path, str] | None:
         """A file that was exported, and its name."""
@@ -250,28 +252,32 @@ class Session:
         self._change(self._committed.with_tab(tab, state), "choose mesh", tab)
 
     def open_example(self, name: str) -> None:
-        """Open the meshes of a built-in example, and its recipe."""
+        """Begin to make a built-in example; once that is done, its meshes and recipe are open."""
         example = examples.example(name)
-        self._progress.expect(f"making {name}")
-        made, document = example.made(), self._committed
-        ids: list[str] = []
-        for title, surface in made.surfaces:
-            entry = MeshEntry(
-                id=document.next_id(),
-                name=title,
-                surface=self._services.blobs.put_surface(surface),
-                vertices=len(surface.vertices),
-                faces=surface.face_count,
-            )
-            document, ids = document.with_entry(entry), [*ids, entry.id]
-        self._tab = example.tab
-        state = document.tab(example.tab)
-        for slot, mesh in zip(state.slots, ids, strict=False):
-            state = state.with_mesh(slot, mesh)
-        data = {"recipe": made.recipe.model_dump(mode="json", exclude_defaults=True)}
+
+        def ended(outcome: Outcome) -> None:
+            if isinstance(outcome, Done):
+                self._take_example(example, **outcome.result)
+            else:
+                self._publish()
+
+        work = Work("henkei.studio.tasks.example:run", {"name": name}, f"Open {example.title}")
+        if not self._works.is_going_on(example.tab, work):
+            self._works.start(example.tab, work, ended, self._pages.show_surface)
+
+    def _take_example(
+        self, example: Example, meshes: list[dict[str, Any]], recipe: dict[str, Any]
+    ) -> None:
+        """Open meshes in the slots of a tab, and a recipe, in one step."""
+        tab, document = example.tab, self._committed
+        state = document.tab(tab)
+        for slot, mesh in zip(state.slots, meshes, strict=True):
+            entry = MeshEntry(id=document.next_id(), **mesh)
+            document, state = document.with_entry(entry), state.with_mesh(slot, entry.id)
+        self._tab = tab
         self._services.meshes = document.meshes
-        state = TABS[example.tab].action("load", data).apply(state, self._services)
-        self._change(document.with_tab(example.tab, state), f"open {name}", example.tab)
+        state = TABS[tab].action("load", {"recipe": recipe}).apply(state, self._services)
+        self._change(document.with_tab(tab, state), f"open {example.name}", tab)
 
     def remove_mesh(self, mesh: str) -> None:
         """Close a mesh; tabs that it was in have none then."""
@@ -383,12 +389,12 @@ class Session:
     def _undo(self, client: Client, message: Message) -> None:
         self._keep_left()
         self._settle()
-        self._step(self._kept.undo().tab)
+        self._step(self._kept.undo(self._asked).tab)
 
     def _redo(self, client: Client, message: Message) -> None:
         self._keep_left()
         self._settle()
-        self._step(self._kept.redo().tab)
+        self._step(self._kept.redo(self._asked).tab)
 
     def _step(self, tab: str) -> None:
         """Show what was done or undone, where it was."""
@@ -396,7 +402,7 @@ class Session:
         self._publish()
 
     def _change(self, document: Document, label: str, tab: str) -> None:
-        self._kept.commit(document, label, tab)
+        self._kept.commit(document, label, tab, self._asked)
         self._publish()
 
     def _switch(self, kept: Kept[Document]) -> None:
@@ -405,6 +411,7 @@ class Session:
             self._kept.close()
         self._works.abandon()
         self._kept = kept
+        self._done.extend(kept.asked)
         self._services.forget()
         self._pages.forget()
         steps = kept.history.steps[: kept.history.position + 1]
@@ -451,6 +458,7 @@ class Session:
             "undo": history.undo_label,
             "redo": history.redo_label,
             "jobs": self._works.listed,
+            "exported": self._works.exported,
             "offers": self._offers(),
             "examples": examples.listed(),
         }
@@ -502,6 +510,7 @@ class Session:
                 client.send({"kind": "refused", "id": ident, "message": message})
 
         self._services.progress = self._progress = EngineProgress(self._pages.tell)
+        self._asked = ident
         try:
             yield
         except HenkeiError as error:
@@ -511,6 +520,7 @@ class Session:
             refuse(BROKEN)
         finally:
             self._services.progress = silent
+            self._asked = None
             self._progress.end()
 
 

@@ -71,12 +71,17 @@ class Kept(Generic[Document]):
         """Why nothing is saved at present, if that is so."""
         return self._journal.trouble
 
-    def commit(self, document: Document, label: str, tab: str = "") -> bool:
-        """As :meth:`History.commit`."""
+    @property
+    def asked(self) -> tuple[Any, ...]:
+        """Ids of the messages that asked for what was done last, also before it was opened."""
+        return tuple(self._journal.asked)
+
+    def commit(self, document: Document, label: str, tab: str = "", asked: Any = None) -> bool:
+        """As :meth:`History.commit`, for a message of the id ``asked``."""
         if not self.history.commit(document, label, tab):
             self._journal.drop()
             return False
-        self._journal.commit(document, label, tab)
+        self._journal.commit(document, label, tab, asked)
         old = self.history.position - AT_HAND
         if old >= 0:
             self.history.let_go(old, self._journal.recall(old))
@@ -92,16 +97,16 @@ class Kept(Generic[Document]):
         self.history.drop()
         self._journal.drop()
 
-    def undo(self) -> Step[Document]:
+    def undo(self, asked: Any = None) -> Step[Document]:
         """As :meth:`History.undo`."""
         step = self.history.undo()
-        self._journal.undo()
+        self._journal.undo(asked)
         return step
 
-    def redo(self) -> Step[Document]:
+    def redo(self, asked: Any = None) -> Step[Document]:
         """As :meth:`History.redo`."""
         step = self.history.redo()
-        self._journal.redo()
+        self._journal.redo(asked)
         return step
 
     def close(self) -> None:
@@ -220,7 +225,7 @@ class Sessions(Generic[Document]):
         if record.damage:
             with suppress(OSError):
                 shutil.copyfile(file, folder / DAMAGED)
-        journal = Journal(folder, self._codec, record.steps, fsync=self._fsync)
+        journal = Journal(folder, self._codec, record.steps, record.asked, fsync=self._fsync)
         with suppress(OSError):
             os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))
         return journal

@@ -28,7 +28,6 @@ import warnings
 from collections.abc import Callable
 from importlib import import_module
 from queue import SimpleQueue
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -100,12 +99,7 @@ class Report:
         self._speaker.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._over.set()
         self._news.set()
         self._speaker.join()

@@ -10,7 +10,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from henkei.studio import uploads
-from henkei.studio.downloads import Downloads
+from henkei.studio.downloads import MOST, Downloads
 from henkei.studio.jobs import Cancelled, Done, Jobs, Outcome, Task
 from henkei.studio.tabs.base import Work
 
@@ -36,6 +36,7 @@ class Works:
         self._post, self._tell = post, tell
         self._jobs = Jobs(blobs)
         self._downloads = Downloads(folder / DOWNLOADS / secrets.token_hex(8))
+        self._exported: dict[str, dict[str, Any]] = {}  # how it ended, until fetched
         self._started: dict[str, tuple[str, Work]] = {}  # by tabs, for the open document
 
     @property
@@ -45,6 +46,11 @@ class Works:
             {"job": job, "tab": tab, "title": work.title, "cancellable": True}
             for job, (tab, work) in self._started.items()
         ]
+
+    @property
+    def exported(self) -> list[dict[str, Any]]:
+        """How exports ended that nobody has fetched, for pages that were not there."""
+        return list(self._exported.values())
 
     def is_going_on(self, tab: str, work: Work) -> bool:
         """Whether just this is being done already."""
@@ -71,9 +77,9 @@ class Works:
 
         def finished(job: str, outcome: Outcome) -> None:
             if self._started.pop(job, None) is None:  # of another document
-                return self._told(job, Cancelled())
-            for warning in outcome.warnings if isinstance(outcome, Done) else ():
-                self._tell({"kind": "notice", "level": "warning", "message": warning})
+                self._told(job, Cancelled())
+                return
+            self._warn(outcome)
             try:
                 ended(outcome)
             finally:
@@ -105,6 +111,7 @@ class Works:
             self._post(lambda: finished(job, outcome))
 
         def finished(job: str, outcome: Outcome) -> None:
+            self._warn(outcome)
             try:
                 ended(outcome)
             finally:
@@ -112,27 +119,31 @@ class Works:
 
         return over
 
-    def write(self, tab: str, request: Mapping[str, Any]) -> str:
-        """Write a file, and tell where it can be fetched; the id of the job."""
+    def write(self, tab: str, request: Mapping[str, Any]) -> dict[str, str]:
+        """Write a file, and tell when it can be fetched; the ids of the job and of the file."""
         ident, folder = self._downloads.place()
 
         def over(job: str, outcome: Outcome) -> None:
             self._post(lambda: finished(job, outcome))
 
         def finished(job: str, outcome: Outcome) -> None:
+            name = ""
             if isinstance(outcome, Done):
                 path = Path(outcome.result["file"])
                 self._downloads.put(ident, path)
-                self._told(job, outcome, file=ident, name=path.name)
-            else:
-                self._told(job, outcome)
+                name = path.name
+            self._exported[ident] = self._told(job, outcome, file=ident, name=name)
+            while len(self._exported) > MOST:
+                self._exported.pop(next(iter(self._exported)))
 
         task = Task(EXPORT, {"tab": tab, "folder": str(folder), **request})
         progress = self._progress("Export", tab)
-        return self._jobs.start(task, title="Export", on_progress=progress, on_end=over)
+        job = self._jobs.start(task, title="Export", on_progress=progress, on_end=over)
+        return {"job": job, "file": ident}
 
     def written(self, ident: str) -> tuple[Path, str] | None:
-        """A file that was written, and its name."""
+        """A file that was written, and its name; it counts as fetched."""
+        self._exported.pop(ident, None)
         return self._downloads.get(ident)
 
     def cancel(self, job: str) -> None:
@@ -157,9 +168,16 @@ class Works:
 
         return progress
 
-    def _told(self, job: str, outcome: Outcome, **more: str) -> None:
-        told = {"outcome": _kind(outcome), "message": reason(outcome)}
-        self._tell({"kind": "ended", "job": job, **told, **more})
+    def _warn(self, outcome: Outcome) -> None:
+        for warning in outcome.warnings if isinstance(outcome, Done) else ():
+            self._tell({"kind": "notice", "level": "warning", "message": warning})
+
+    def _told(self, job: str, outcome: Outcome, **more: str) -> dict[str, Any]:
+        """Tell how a job ended; what was told."""
+        how = {"outcome": _kind(outcome), "message": reason(outcome)}
+        told = {"kind": "ended", "job": job, **how, **more}
+        self._tell(told)
+        return told
 
 
 def reason(outcome: Outcome) -> str:

@@ -16,6 +16,7 @@ from henkei.deform import Deformer, DeformQuality, Feature, Fixed, Handle, Pin, 
 from henkei.errors import InvalidInput, some
 from henkei.geometry.element_quality import ElementQuality, element_quality
 from henkei.geometry.rotations import matrices_from_vectors
+from henkei.interchange import surface_from
 from henkei.mesh import Floats, Surface
 from henkei.progress import Progress, part, silent
 from henkei.recipes import deform as recipes
@@ -24,7 +25,7 @@ from henkei.recipes.recipe import LISTED, OnFace
 from henkei.recipes.regions import Found
 from henkei.workflows.deform_doubts import doubts, strains
 from henkei.workflows.nearest_place import NearestPlace
-from henkei.workflows.regions import Chosen, Regions, naming, require_apart
+from henkei.workflows.regions import Chosen, Regions, folder_of, naming, require_apart
 
 NEAR = 0.01  # how far from the surface a point of it may be, as a fraction of its diagonal
 
@@ -196,18 +197,31 @@ def solved(stage: Staged, recipe: DeformRecipe) -> Deformed:
 
 
 def deform_by_recipe(
-    recipe: DeformRecipe,
-    surface: Surface,
-    *,
-    folder: Path = Path(),
-    progress: Progress = silent,
+    mesh: Any, recipe: Any, *, folder: Path | None = None, progress: Progress = silent
 ) -> Deformed:
-    """Deform a mesh as a recipe says; see :func:`staged` for parameters and errors."""
+    """Deform a mesh as a recipe says.
+
+    Parameters
+    ----------
+    mesh : as :class:`henkei.Deformer` takes it.
+    recipe : a :class:`henkei.recipes.deform.DeformRecipe`, its data as a dictionary, or its file.
+    folder : that files which the recipe names are in; by default that of the recipe's file.
+
+    Raises
+    ------
+    InvalidInput : the recipe is given first.
+    HenkeiError : as :meth:`henkei.DeformRecipe.read`, :func:`staged`, :meth:`Staged.prepare` and
+        :func:`solved`.
+    """
+    if isinstance(mesh, DeformRecipe):
+        raise InvalidInput("the mesh comes before the recipe: deform_by_recipe(mesh, recipe)")
+    chosen = DeformRecipe.from_any(recipe)
+    surface = surface_from(mesh)
     progress("finding regions", 0.0)
-    stage = staged(recipe, surface, folder=folder)
-    stage.prepare(recipe, part(progress, 0.1, 0.8))
+    stage = staged(chosen, surface, folder=folder_of(recipe) if folder is None else folder)
+    stage.prepare(chosen, part(progress, 0.1, 0.8))
     progress("solving", 0.8)
-    return solved(stage, recipe)
+    return solved(stage, chosen)
 
 
 def _new_radii(features: Sequence[Feature]) -> dict[str, tuple[float, float]]:

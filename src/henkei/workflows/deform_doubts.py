@@ -62,8 +62,8 @@ def _faces(before: ElementQuality, now: ElementQuality) -> list[str]:
         many = np.count_nonzero(fell)
         fall = "1 face falls" if many == 1 else f"{many:,} faces fall"
         return [
-            f"{fall} below a scaled Jacobian of {SOUND:g}, the worst is face {worst} with "
-            f"{now.scaled_jacobian[worst]:.3g}; move less, or mesh again there"
+            f"{fall} below a scaled Jacobian of {SOUND:g} and had more at rest, the worst of them "
+            f"is face {worst} with {now.scaled_jacobian[worst]:.3g}; move less, or mesh again there"
         ]
     if now.worst_scaled_jacobian < FALL * before.worst_scaled_jacobian:
         return [

@@ -14,8 +14,7 @@ from henkei.quad import QuadResult, quad_cage, quadrangulate
 from henkei.quad.features import Sharp
 from henkei.quad.symmetry import Symmetry
 from henkei.recipes.quad import Plane, QuadRecipe
-from henkei.workflows.regions import naming
-from henkei.workflows.register_by_recipe import folder_of
+from henkei.workflows.regions import folder_of, naming
 from henkei.workflows.vertex_values import is_value_file, vertex_values
 
 CURVATURE = "curvature"

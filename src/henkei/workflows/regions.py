@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -235,6 +236,11 @@ def _short(region: Region) -> str:
     """As the recipe has it, if that is not long."""
     text = json.dumps(region.model_dump(exclude_defaults=True))
     return text if len(text) <= 80 else "{...}"
+
+
+def folder_of(recipe: Any) -> Path:
+    """Where files are that a recipe names: beside its own, if it is one."""
+    return Path(recipe).parent if isinstance(recipe, str | os.PathLike) else Path()
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from henkei.register import Registration, Settings, register
 from henkei.register.watching import Watch
 from henkei.workflows.combine_by_recipe import pair_array
 from henkei.workflows.labels import is_label_file, labels_in, read_labels
-from henkei.workflows.regions import naming
+from henkei.workflows.regions import folder_of, naming
 
 SIDES = ("source", "target")
 
@@ -62,11 +61,6 @@ def register_by_recipe(
         progress=progress,
         watch=watch,
     )
-
-
-def folder_of(recipe: Any) -> Path:
-    """Where files are that a recipe names: beside its own, if it is one."""
-    return Path(recipe).parent if isinstance(recipe, str | os.PathLike) else Path()
 
 
 def method_settings(recipe: RegisterRecipe) -> Settings:

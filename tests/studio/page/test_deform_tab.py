@@ -22,7 +22,7 @@ DRAWN = 1e-6  # of the diagonal, that positions of 32 bits may be off
 def wanted(page: Driven, mesh: Mesh) -> Floats:
     """What the recipe of the page makes of the mesh."""
     recipe = DeformRecipe.of(page.recipe("deform"))
-    return deform_by_recipe(recipe, mesh).mesh.vertices
+    return deform_by_recipe(mesh, recipe).mesh.vertices
 
 
 def assert_drawn(page: Driven, mesh: Mesh, positions: Floats) -> None:
@@ -141,6 +141,18 @@ def test_from_a_file_to_a_bent_bracket(page: Driven, tmp_path: Path) -> None:
 
     parts_list = page.page.get_by_role("list", name="Parts")
     parts_list.get_by_role("button", name="hole 3", exact=True).click()
+    before, bent, undo = page.recipe("deform"), page.positions("mesh"), page.state["undo"]
+    field = page.page.get_by_role("spinbutton", name="Radius value", exact=True)
+    field.fill("9")
+    page.until(lambda: np.abs(page.positions("mesh") - bent).max() > 0.1, "to be shown")
+    field.press("Escape")
+    assert_drawn(page, mesh, bent)
+    page.settle()
+    page.load()  # what is still being tried out then would become a step
+    assert page.recipe("deform") == before
+    assert page.state["undo"] == undo
+    page.draw(False)
+    parts_list.get_by_role("button", name="hole 3", exact=True).click()
     slider = page.page.get_by_role("slider", name="Radius", exact=True)
     for _ in range(3):
         slider.press("ArrowRight")
@@ -156,7 +168,7 @@ def test_from_a_file_to_a_bent_bracket(page: Driven, tmp_path: Path) -> None:
     with page.page.expect_download() as waiting:
         page.page.get_by_role("menuitem", name="Recipe", exact=True).click()
     waiting.value.save_as(tmp_path / "recipe.json")
-    again = deform_by_recipe(DeformRecipe.read(tmp_path / "recipe.json"), mesh)
+    again = deform_by_recipe(mesh, tmp_path / "recipe.json")
     assert_drawn(page, mesh, again.mesh.vertices)
     assert again.quality.feature_error < 1e-12
 

@@ -150,7 +150,7 @@ def with_move(recipe: dict[str, Any], translation: Any) -> dict[str, Any]:
 
 def assert_drawn(page: Driven, recipe: dict[str, Any]) -> None:
     """What is drawn comes to be what a recipe makes of the disk."""
-    wanted = hk.deform_by_recipe(DeformRecipe.of(recipe), DISK).mesh.vertices
+    wanted = hk.deform_by_recipe(DISK, recipe).mesh.vertices
 
     def same() -> bool:
         return bool(np.abs(page.positions("mesh") - wanted).max() < NEAR)

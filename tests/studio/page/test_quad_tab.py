@@ -175,8 +175,13 @@ def test_long_work_is_cancelled_and_troubles_are_told(page: Driven, tmp_path: Pa
     is_seen(page, "input", "lines", "plane")
     wish(page, 40_000)
     page.button("Make quads").click()
-    cancel = page.page.get_by_role("button", name="Cancel Making quads")
-    cancel.click()
+    works = page.page.get_by_role("progressbar")
+    page.until(lambda: works.count() > 0, "the work")
+    assert [works.nth(k).get_attribute("aria-label") for k in range(works.count())] == [
+        "Make quads"
+    ]
+    assert page.button("Make quads").is_disabled()
+    page.button("Cancel Make quads").click()
     page.settle()
     assert "result" not in page.tab("quad")["view"]
     assert page.button("Make quads").is_enabled()

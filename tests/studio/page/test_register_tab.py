@@ -215,7 +215,7 @@ def test_cancelling_leaves_what_was(page: Driven, tmp_path: Path) -> None:
     before = state(page)
     page.button("Register").click()
     page.until(lambda: LIVE in page.page.evaluate("() => henkei.stage.viewports[0].keys"))
-    page.button("Cancel Registering").click()
+    page.button("Cancel Register").click()
     page.settle()
     assert state(page) == before
     assert page.page.evaluate("() => window.henkei.stage.viewports.length") == 2

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import pytest
 
 from driven import Driven, studio_running
 from henkei import write
@@ -139,6 +141,39 @@ def test_exports_are_downloaded_or_it_is_told_what_is_missing(page: Driven, tmp_
     download.value.save_as(tmp_path / "recipe.json")
     written = DeformRecipe.read(tmp_path / "recipe.json").model_copy(update={"schema_file": None})
     assert written == DeformRecipe.of(page.recipe("deform"))
+
+
+EXPORT = """() => {
+  const {studio} = window.henkei;
+  studio.onEnded = (ended) => { window.missed = ended; };
+  return studio.exportAs("deform", "recipe");
+}"""
+CUT = "() => { delete henkei.studio.onEnded; henkei.studio.connection.socket.close(); }"
+
+
+@pytest.mark.parametrize("loaded", [True, False], ids=["loaded again", "cut off"])
+def test_an_export_that_the_page_was_not_told_of_is_saved(
+    page: Driven, tmp_path: Path, loaded: bool
+) -> None:
+    page.draw(False)
+    page.open_tab("Deform")
+    page.open_mesh(bracket(), tmp_path / "part.obj")
+    page.forgive("404")  # it asks whether the server is there
+    page.page.evaluate(EXPORT)
+    page.page.wait_for_function("() => window.missed?.file")
+    saved: list[Any] = []
+    page.page.on("download", lambda one: saved.append(one))
+    with page.page.expect_download() as download:
+        if loaded:
+            page.load()
+        else:
+            page.page.evaluate(CUT)
+    download.value.save_as(tmp_path / "recipe.json")
+    written = DeformRecipe.read(tmp_path / "recipe.json").model_copy(update={"schema_file": None})
+    assert written == DeformRecipe.of(page.recipe("deform"))
+    page.load()
+    page.open_tab("Quad")
+    assert len(saved) == 1
 
 
 def test_a_mistake_of_the_page_is_told_and_the_page_lives(page: Driven, tmp_path: Path) -> None:

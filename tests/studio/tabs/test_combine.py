@@ -199,6 +199,23 @@ def test_points_that_are_too_far_away_are_told(desk: Desk) -> None:
     assert desk.view["ready"]
 
 
+@pytest.mark.parametrize("kind", ["pairs", "landmarks"])
+@pytest.mark.parametrize("away", [1e90, 1e160, 1e308])
+def test_points_beyond_all_measure_are_told_and_can_be_taken_away(
+    desk: Desk, kind: str, away: float
+) -> None:
+    given = {"pairs": [[p, [away, -away, 0.0]] for p, _ in PLACES]}
+    if kind == "landmarks":
+        given = {"pairs": PLACES, "landmarks": [[[0.0, away, 0.0], A.vertices[25].tolist()]]}
+    desk.do("load", recipe={**given, "snap": 1e308})
+    if away > 1e154:  # the square of that is no number
+        assert f"the points of {kind} 0" in desk.view["trouble"]["message"]
+    count = len(given[kind])
+    assert len(desk.view[kind]) == count
+    desk.do("remove_pair", kind=kind, index=0)
+    assert len(desk.view[kind]) == count - 1
+
+
 step = st.one_of(
     st.tuples(
         st.just("add_pair"),
@@ -356,6 +373,14 @@ def test_aligning_is_advised_where_the_place_would_change(
     assert desk.view["advice"] is None
     c = desk.combine()
     assert np.abs(c.vertices_b - c.vertices_a).max() <= 1e-9
+
+
+def test_proposed_pairs_that_turn_b_are_doubted(tmp_path: Path) -> None:
+    desk = Desk(tmp_path, A, moved(A, turn=(1.5, 0, 0)))
+    desk.do("load", recipe={})
+    assert "they do not belong together" in desk.view["advice"]["message"]
+    desk.do("load", recipe={"pairs": [[i, i] for i in (0, 4, 8, 12)], "landmarks": [[20, 20]]})
+    assert "b is turned by 86 degrees" in desk.view["advice"]["message"]
 
 
 # Meshes and recipes

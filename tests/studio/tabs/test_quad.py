@@ -333,6 +333,24 @@ def test_a_mesh_that_cannot_be_done_says_why(tmp_path: Path) -> None:
     assert str(refused.value) == desk.view["trouble"]
 
 
+@pytest.mark.parametrize("size", [{"edge_length": 1e-300}, {"edge_length": 1e-5}])
+@pytest.mark.parametrize("more", [{}, {"sharp": 30.0}])
+def test_more_quads_than_can_be_made_are_told(size: Any, more: Any, tmp_path: Path) -> None:
+    desk = Desk(tmp_path, subdivided_box(), **size, **more)
+    assert desk.view["wish"]["area"] == pytest.approx(22.0)
+    assert "20,000,000 are the most" in desk.view["trouble"]
+    with pytest.raises(InvalidInput) as refused:
+        desk.worked("run")
+    assert str(refused.value) == desk.view["trouble"]
+
+
+def test_edges_longer_than_the_surface_give_the_fewest_quads(tmp_path: Path) -> None:
+    desk = Desk(tmp_path, subdivided_box(), edge_length=1e300, sharp=[], density="curvature")
+    assert "trouble" not in desk.view
+    values = desk.arrays(desk.view["wish"]["sizes"]["data"])["values"]
+    assert expected_quads(desk.mesh, values) == pytest.approx(1, rel=1e-5)
+
+
 def test_large_meshes_are_only_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("henkei.studio.quad_preview.MANY_FACES", 10)
     desk = Desk(tmp_path, subdivided_box(), density="curvature", symmetry="x")

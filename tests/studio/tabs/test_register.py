@@ -243,7 +243,8 @@ def test_among_points_landmarks_are_points(desk: Desk) -> None:
 
 
 def test_landmarks_of_another_mesh_are_told_and_cleared(desk: Desk) -> None:
-    for landmarks in ([[3, 7], [9000, 1]], [[[0, 0, 99], [0, 0, 0]]], [[3, 7], [3, 8]]):
+    beyond = [[[0, k, away], [0, away, k]] for k in (1, 2) for away in (1e160, 1e308)]
+    for landmarks in ([[3, 7], [9000, 1]], [[[0, 0, 99], [0, 0, 0]]], [[3, 7], [3, 8]], beyond):
         desk.do("load", recipe={"landmarks": landmarks})
         assert "landmarks" in desk.view["trouble"]["message"]
         with pytest.raises(InvalidInput, match="landmarks"):

@@ -16,7 +16,7 @@ import { tabNamed, tabs } from "../tabs/index.ts";
 import type { AnyTab, Look, Studio, Tool } from "../tabs/tab.ts";
 import type { Level, Toast } from "../ui/index.ts";
 import type { Stage } from "../viewer/index.ts";
-import { download, Endings, requestExport } from "./downloads.ts";
+import { Awaited, requestExport } from "./downloads.ts";
 import { keep, kept } from "./kept.ts";
 import { Moved } from "./moved.ts";
 import { Scenes } from "./scenes.ts";
@@ -26,7 +26,7 @@ import { type Upload, upload } from "./uploads.ts";
 /** What lies above the page. */
 export type Overlay = "start" | "help" | null;
 
-const mostToasts = 6;
+const mostToasts = 3;
 
 /**
  * The page: what it knows, and what can be done. What is drawn follows from it: `subscribe` tells
@@ -54,7 +54,7 @@ export class App implements Studio, Listener {
   private listeners = new Set<() => void>();
   private told = false;
   private toastCount = 0;
-  private readonly endings = new Endings();
+  private readonly exports = new Awaited();
   private followingTheme: () => void;
 
   constructor(
@@ -121,6 +121,7 @@ export class App implements Studio, Listener {
   onState(state: State): void {
     this.state = state;
     for (const job of state.jobs) this.noteJob(job);
+    for (const ended of state.exported) if (this.exports.note(ended)) this.tellFailure(ended);
     document.title = [...state.meshes.map((mesh) => mesh.name), "henkei studio"].join(" – ");
     if (this.opening === 0 && state.tab !== this.tab.name) this.bringForward(state.tab);
     this.changed();
@@ -155,10 +156,13 @@ export class App implements Studio, Listener {
 
   onEnded(ended: Ended): void {
     this.jobs = this.jobs.filter((one) => one.job !== ended.job);
-    this.endings.note(ended);
-    if (ended.outcome !== "done" && ended.outcome !== "cancelled" && ended.message)
-      this.notify("error", ended.message);
+    if (ended.file) this.exports.note(ended);
+    this.tellFailure(ended);
     this.changed();
+  }
+
+  private tellFailure({ outcome, message }: Ended): void {
+    if (outcome !== "done" && outcome !== "cancelled" && message) this.notify("error", message);
   }
 
   onNotice(level: Level, message: string): void {
@@ -184,11 +188,11 @@ export class App implements Studio, Listener {
   }
 
   async undo(): Promise<void> {
-    await this.answered(this.connection.ask("undo"));
+    await this.answered(this.connection.ask("undo"), "info");
   }
 
   async redo(): Promise<void> {
-    await this.answered(this.connection.ask("redo"));
+    await this.answered(this.connection.ask("redo"), "info");
   }
 
   cancel(job: string): void {
@@ -200,12 +204,15 @@ export class App implements Studio, Listener {
     if (await this.do("document", action, args)) this.show(null);
   }
 
-  private async answered(outcome: ReturnType<Connection["ask"]>): Promise<boolean> {
+  private async answered(
+    outcome: ReturnType<Connection["ask"]>,
+    refused: Level = "error",
+  ): Promise<boolean> {
     this.working += 1;
     this.redraw();
     const answer = await outcome;
     this.working -= 1;
-    if (!answer.done) this.notify("error", answer.message);
+    if (!answer.done) this.notify(refused, answer.message);
     this.redraw();
     return answer.done;
   }
@@ -348,10 +355,7 @@ export class App implements Studio, Listener {
 
   async exportAs(tab: TabName, format: string, options: object = {}): Promise<void> {
     const asked = await requestExport({ tab, format, options });
-    if (asked.message && !asked.job) return this.notify("error", asked.message);
-    if (asked.file) return download(asked.file, asked.name);
-    if (!asked.job) return;
-    const ended = await this.endings.of(asked.job);
-    if (ended.outcome === "done" && ended.file) download(ended.file, ended.name);
+    if (asked.file) this.exports.add(asked.file);
+    else if (asked.message) this.notify("error", asked.message);
   }
 }

@@ -1,7 +1,9 @@
-import { address, credentials, token } from "../address.ts";
+import { address, credentials, remember, remembered, token } from "../address.ts";
 import type { Ended } from "../state.ts";
 
-export type Export = { job?: string; file?: string; name?: string; message?: string };
+export type Export = { job?: string; file?: string; message?: string };
+
+const mostAwaited = 20; // as many as the server keeps
 
 /** Asks for a file of a tab's result. */
 export async function requestExport(body: object): Promise<Export> {
@@ -19,26 +21,40 @@ export async function requestExport(body: object): Promise<Export> {
   }
 }
 
-/** How jobs ended: one may have done so before the answer that names it is there. */
-export class Endings {
-  private readonly known = new Map<string, Ended>();
-  private readonly awaited = new Map<string, (ended: Ended) => void>();
+/**
+ * The exports that this page has asked for and not fetched, also before it was loaded again. One may
+ * have ended before the answer that names its file is there.
+ */
+export class Awaited {
+  private files = (remembered("exports") ?? "").split(" ").filter(Boolean);
+  private readonly ended = new Map<string, Ended>();
 
-  note(ended: Ended): void {
-    const awaited = this.awaited.get(ended.job);
-    if (awaited) awaited(ended);
-    else this.known.set(ended.job, ended);
-    this.awaited.delete(ended.job);
+  /** This page has asked for it: it is fetched once it is done. */
+  add(file: string): void {
+    this.keep([...this.files, file]);
+    const ended = this.ended.get(file);
+    if (ended) this.note(ended);
   }
 
-  of(job: string): Promise<Ended> {
-    const known = this.known.get(job);
-    return known ? Promise.resolve(known) : new Promise((ended) => this.awaited.set(job, ended));
+  /** One has ended, as told first or again. True if this page was waiting for it. */
+  note({ file = "", ...ended }: Ended): boolean {
+    if (!this.files.includes(file)) {
+      this.ended.set(file, { file, ...ended });
+      return false;
+    }
+    this.keep(this.files.filter((one) => one !== file));
+    if (ended.outcome === "done") download(file, ended.name);
+    return true;
+  }
+
+  private keep(files: string[]): void {
+    this.files = files.slice(-mostAwaited);
+    remember("exports", this.files.join(" "));
   }
 }
 
 /** Has the browser save a file of the server's. */
-export function download(file: string, name = ""): void {
+function download(file: string, name = ""): void {
   const link = document.createElement("a");
   link.href = address(`file/${file}`, token === null ? {} : { token }).href;
   link.download = name;

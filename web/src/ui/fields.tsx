@@ -8,6 +8,7 @@ type BareProps = Range & {
   label: string;
   value: number;
   onInput?(value: number): void;
+  onCancel?(): void;
   onChange(value: number): Answer;
   disabled?: boolean;
   digits?: number;
@@ -18,10 +19,12 @@ type BareProps = Range & {
  * A field for a number, without its label on show.
  *
  * What is typed is told by `onInput` while it is a number within bounds, and by `onChange` on Enter
- * or when the field is left; Escape takes it back. Arrow keys step, with Shift by ten steps.
+ * or when the field is left; Escape takes it back, which `onCancel` is told if something was told by
+ * `onInput`, or else `onInput` itself. Arrow keys step, with Shift by ten steps.
  */
 export function BareNumber(props: BareProps) {
-  const { label, value, min, max, step, onInput, onChange, disabled, digits = 6, id } = props;
+  const { label, value, min, max, step, onInput, onCancel, onChange } = props;
+  const { disabled, digits = 6, id } = props;
   const held = useHeld(value);
   const [text, setText] = useState<string | null>(null);
   const typed = text === null ? null : parsed(text);
@@ -77,7 +80,8 @@ export function BareNumber(props: BareProps) {
         } else if (event.key === "Escape") {
           event.stopPropagation();
           setText(null);
-          if (begun.current) onInput?.(value);
+          if (begun.current && onCancel) onCancel();
+          else if (begun.current) onInput?.(value);
           begun.current = false;
           const field = event.currentTarget;
           requestAnimationFrame(() => field.blur());
@@ -119,7 +123,8 @@ const ticks = 1000; // of a slider without steps
 
 /** A slider and a field for the same number. `onInput` is told all the way, `onChange` at the end. */
 export function Slider(props: SliderProps) {
-  const { label, value, min, max, step, logarithmic, onInput, onChange, disabled, hint } = props;
+  const { label, value, min, max, step, logarithmic, onInput, onCancel, onChange } = props;
+  const { disabled, hint } = props;
   const held = useHeld(value);
   const id = useId();
   const fine = step === undefined || logarithmic;
@@ -166,6 +171,7 @@ export function Slider(props: SliderProps) {
           digits={props.digits}
           disabled={disabled}
           onInput={onInput}
+          onCancel={onCancel}
           onChange={onChange}
         />
         {props.unit && <span class="unit">{props.unit}</span>}
@@ -178,8 +184,10 @@ export type Vector = [number, number, number];
 
 type VectorFieldProps = Range & {
   label: string;
+  unit?: string;
   value: Vector;
   onInput?(value: Vector): void;
+  onCancel?(): void;
   onChange(value: Vector): Answer;
   disabled?: boolean;
   hint?: string;
@@ -187,9 +195,12 @@ type VectorFieldProps = Range & {
   axes?: [string, string, string];
 };
 
+const dust = 1e-12; // of the largest of three numbers, below which another is rounding
+
 /** Three numbers, of x, y and z. */
 export function VectorField(props: VectorFieldProps) {
-  const { label, value, onInput, onChange, hint, axes = ["x", "y", "z"], ...field } = props;
+  const { label, unit, value, onInput, onChange, hint, axes = ["x", "y", "z"], ...field } = props;
+  const largest = Math.max(...value.map(Math.abs));
   const changed = (axis: number, number: number): Vector => {
     const next: Vector = [...value];
     next[axis] = number;
@@ -197,14 +208,15 @@ export function VectorField(props: VectorFieldProps) {
   };
   return (
     <div class="field vector" role="group" aria-label={label} title={hint}>
-      <span class="label">{label}</span>
+      <span class="label">{unit ? `${label}, ${unit}` : label}</span>
       {axes.map((axis, k) => (
         <span class="axis" key={axis} data-axis={k}>
           <span aria-hidden="true">{axis}</span>
           <BareNumber
+            digits={5}
             {...field}
             label={`${label} ${axis}`}
-            value={value[k]!}
+            value={Math.abs(value[k]!) < dust * largest ? 0 : value[k]!}
             onInput={onInput && ((number) => onInput(changed(k, number)))}
             onChange={(number) => onChange(changed(k, number))}
           />

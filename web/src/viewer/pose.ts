@@ -42,6 +42,8 @@ export class Pose {
   elevation = 0.25;
   /** The upward axis of space. */
   upward: "y" | "z" = "y";
+  /** Nobody has gone nearer or aside since all was fitted into the picture. */
+  fitted = true;
 
   copy(other: Pose): this {
     return Object.assign(this, other, { target: [...other.target] });
@@ -68,6 +70,7 @@ export class Pose {
 
   /** Moves sideways, by fractions of the picture's height at the target. */
   pan(right: number, up: number): void {
+    this.fitted = false;
     const eye = this.eye();
     const height = 2 * SLOPE * this.distance;
     this.target = add(this.target, scaled(eye.right, right * height));
@@ -78,6 +81,7 @@ export class Pose {
   zoom(factor: number, about: Point): void {
     const distance = Math.max(CLOSEST, Math.min(FARTHEST, this.distance * factor));
     const real = distance / this.distance;
+    this.fitted = false;
     this.target = add(about, scaled(subtract(this.target, about), real));
     this.distance = distance;
   }
@@ -92,12 +96,14 @@ export class Pose {
   fit(centre: Point, distance: number): void {
     this.target = [...centre];
     this.distance = Math.max(CLOSEST, distance);
+    this.fitted = true;
   }
 
   /** Looks from a point at another, as far as a turntable can. */
   place(position: Point, target: Point): void {
     const back = this.laid(subtract(position, target));
     this.target = target;
+    this.fitted = false;
     this.distance = Math.max(CLOSEST, Math.sqrt(dot(back, back)));
     this.azimuth = Math.atan2(back[0], back[2]);
     this.elevation = Math.asin(Math.max(-1, Math.min(1, back[1] / this.distance)));

@@ -163,6 +163,8 @@ export class Stage {
     const middle = this.shown === 2 ? Math.round(width / 2) : width;
     this.all[0]!.resize(0, middle, height);
     this.all[1]!.resize(middle, Math.max(0, width - middle), height);
+    const poses = new Set(this.viewports.map((viewport) => viewport.pose));
+    for (const pose of poses) if (pose.fitted) this.fit(pose);
     if (width > 0 && height > 0) this.draw(false);
   }
 

@@ -159,6 +159,11 @@ export class Viewport {
     this.title("");
   }
 
+  /** Takes the coordinates of the surface that comes next, whatever they were before. */
+  settleAnew(): void {
+    this.frameOfScene = null;
+  }
+
   on<Name extends keyof ViewportEvents>(
     name: Name,
     handler: (event: ViewportEvents[Name]) => void,

@@ -8,8 +8,10 @@ tried many times a second while it lasts.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import PurePath
 from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
@@ -17,10 +19,12 @@ from numpy.typing import NDArray
 from pydantic import Field, Strict, ValidationError
 
 from henkei.errors import InvalidInput, some
-from henkei.mesh import Floats
-from henkei.recipes.recipe import Name, Part, meant, reason
+from henkei.mesh import Floats, Surface
+from henkei.recipes.recipe import Name, Part, Recipe, meant, reason
+from henkei.recipes.text import pretty
 from henkei.studio.services import Services
 
+Kind = TypeVar("Kind", bound=Recipe)
 BlobId = Annotated[str, Strict(), Field(pattern="^[0-9a-f]{32}$")]
 MeshId = Annotated[str, Strict(), Field(pattern="^[a-z0-9]{1,16}$")]
 Flag = Annotated[bool, Strict()]
@@ -47,6 +51,46 @@ class TabState(Part):
     def with_mesh(self, slot: str, mesh: str | None) -> Self:
         """Another mesh in a slot; what was said of the one before is dropped."""
         return type(self)(**{**self.meshes, slot: mesh})
+
+
+class Result(Part):
+    """What was made by a recipe, as a tab keeps it.
+
+    of : digest of all that it was made by.
+    result : its blob.
+    """
+
+    of: str
+    result: BlobId
+
+
+class ResultState(TabState):
+    """The state of a tab that keeps what was made, until that is made anew."""
+
+    recipe: Recipe
+    result: Result | None = None
+
+    @property
+    def made(self) -> str | None:
+        result = self.result
+        return result.result if result is not None and result.of == self.digest else None
+
+    @property
+    def digest(self) -> str:
+        """Of all that the result depends on."""
+        return digest(self.recipe)
+
+
+def digest(recipe: Recipe, more: str = "") -> str:
+    """Of all in a recipe that a result depends on, and of more; how it is morphed is not in it."""
+    said = recipe.model_dump(exclude_defaults=True, exclude={"about", "schema_file", "morph"})
+    return sha256(f"{pretty(said)}{more}".encode()).hexdigest()[:32]
+
+
+def changed(recipe: Kind, changes: dict[str, Any]) -> Kind:
+    """A recipe with other values of some fields, checked as a whole; None is a default."""
+    data = recipe.model_dump(exclude_defaults=True) | changes
+    return type(recipe).of({name: value for name, value in data.items() if value is not None})
 
 
 State = TypeVar("State", bound=TabState)
@@ -129,6 +173,12 @@ class Product:
     faces: int
     about: str = ""
 
+    @classmethod
+    def of(cls, surface: Surface, name: str, services: Services, about: str = "") -> Product:
+        """A surface that is now put among the blobs."""
+        blob = services.blobs.put_surface(surface)
+        return cls(blob, name, len(surface.vertices), surface.face_count, about)
+
 
 @dataclass(frozen=True, eq=False)
 class Basis:
@@ -191,6 +241,25 @@ class Tab(Generic[State]):
 
     def settle(self, services: Services) -> None:
         """The drag is over, or what it began from is old."""
+
+
+def drawn(state: TabState, services: Services) -> dict[str, Any]:
+    """The surfaces of a view: the open mesh in each slot that has one."""
+    chosen = {slot: state.meshes[slot] for slot in state.slots}
+    return {
+        slot: {"data": services.drawn(services.entry(mesh).surface)}
+        for slot, mesh in chosen.items()
+        if mesh is not None
+    }
+
+
+def repaired(
+    mesh: str | None, repair: Callable[[Surface], Surface], called: str, services: Services
+) -> Product:
+    """An open mesh after a repair; ``called`` what its name tells of that."""
+    entry = services.entry(mesh)
+    made = repair(services.blobs.surface(entry.surface))
+    return Product.of(made, f"{PurePath(entry.name).stem}, {called}", services)
 
 
 def actions(*kinds: type[Action[Any]]) -> dict[str, type[Action[Any]]]:

@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from hashlib import sha256
 from typing import Any, ClassVar, Literal, Self
 
 from henkei.errors import InvalidInput
 from henkei.recipes.combine import CombineRecipe
-from henkei.recipes.morph import Morph
 from henkei.recipes.recipe import Index, Number, Part
-from henkei.studio.combine_view import described, repaired, shape_at
+from henkei.studio.combine_view import described, shape_at
 from henkei.studio.disks import REPAIRS, Disks, Kind, Side
+from henkei.studio.figures import Figure
 from henkei.studio.services import Services
 from henkei.studio.tabs.base import (
     Action,
     BlobId,
-    Flag,
     LongAction,
     MeshId,
     Product,
+    Result,
+    ResultState,
     Tab,
-    TabState,
     Work,
     actions,
+    repaired,
 )
 
 Option = Literal[
@@ -43,24 +43,12 @@ class Colour(Part):
     unit: str = ""
 
 
-class Figure(Part):
-    """A figure of quality."""
-
-    label: str
-    value: int | float | str
-    hint: str = ""
-    bad: Flag = False
-
-
-class Combined(Part):
+class Combined(Result):
     """What was made; see :func:`henkei.studio.tasks.combine.run`.
 
-    of : digest of the recipe that it was made by.
     pairs, landmarks : the vertices that these became, in the recipe's order.
     """
 
-    of: str
-    result: BlobId
     shapes: BlobId
     plane: BlobId
     turning: BlobId | None = None
@@ -70,7 +58,7 @@ class Combined(Part):
     landmarks: tuple[int, ...] = ()
 
 
-class CombineState(TabState):
+class CombineState(ResultState):
     """Two meshes, how they are combined, and what came of it."""
 
     slots: ClassVar[tuple[str, ...]] = ("a", "b")
@@ -79,11 +67,6 @@ class CombineState(TabState):
     b: MeshId | None = None
     recipe: CombineRecipe = CombineRecipe()
     result: Combined | None = None
-
-    @property
-    def made(self) -> str | None:
-        current = self.result is not None and self.result.of == digest(self.recipe)
-        return self.result.result if self.result and current else None
 
     def with_mesh(self, slot: str, mesh: str | None) -> Self:
         """Another mesh in a slot; of the recipe stays what is not about the one before."""
@@ -211,7 +194,7 @@ class Combine(LongAction[CombineState]):
             raise InvalidInput(trouble.message)
         request = {
             "meshes": [state.a, state.b],
-            "of": digest(state.recipe),
+            "of": state.digest,
             "a": services.entry(state.a).surface,
             "b": services.entry(state.b).surface,
             "recipe": state.recipe.model_dump(mode="json", exclude_defaults=True),
@@ -258,14 +241,8 @@ class CombineTab(Tab[CombineState]):
         if how == "at":
             return shape_at(state, of, services)
         if how in REPAIRS and of in state.slots:
-            return repaired(state, how, of, services)
+            return repaired(state.meshes[of], *REPAIRS[how], services)
         return super().product(state, what, services)
-
-
-def digest(recipe: CombineRecipe) -> str:
-    """Of all in a recipe that the result depends on."""
-    said = recipe.model_copy(update={"about": "", "schema_file": None, "morph": Morph()})
-    return sha256(said.text().encode()).hexdigest()[:32]
 
 
 def disks_of(state: CombineState, services: Services) -> Disks:

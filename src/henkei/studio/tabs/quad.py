@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from hashlib import sha256
 from typing import Any, ClassVar, Literal, Self
 
 from henkei.quad.quality import QuadQuality
@@ -18,10 +17,12 @@ from henkei.studio.tabs.base import (
     LongAction,
     MeshId,
     Product,
+    Result,
+    ResultState,
     Tab,
-    TabState,
     Work,
     actions,
+    changed,
 )
 
 Option = Literal[
@@ -30,16 +31,13 @@ Option = Literal[
 OTHER = {"quads": "edge_length", "edge_length": "quads"}
 
 
-class Made(Part):
+class Made(Result):
     """Quads that were made; see :func:`henkei.studio.tasks.quad.run`.
 
-    of : digest of the recipe that they were made by.
     wished : how many it asked for.
     irregular : how many irregular vertices there are of each kind.
     """
 
-    of: str
-    result: BlobId
     surface: BlobId
     about: str
     quads: BlobId
@@ -69,7 +67,7 @@ class Cage(Part):
     faces: Index
 
 
-class QuadState(TabState):
+class QuadState(ResultState):
     """The mesh, what is wished, and the quads that were made."""
 
     slots: ClassVar[tuple[str, ...]] = ("mesh",)
@@ -79,11 +77,6 @@ class QuadState(TabState):
     result: Made | None = None
     cage: Cage | None = None
 
-    @property
-    def made(self) -> str | None:
-        current = self.result is not None and self.result.of == digest(self.recipe)
-        return self.result.result if self.result and current else None
-
     def with_mesh(self, slot: str, mesh: str | None) -> Self:
         """Another mesh; of the recipe stays what is not about the one before."""
         recipe = self.recipe if self.mesh is None else _for_any(self.recipe)
@@ -91,9 +84,7 @@ class QuadState(TabState):
 
     def saying(self, **changes: Any) -> QuadState:
         """With a recipe changed in some fields, checked as a whole; None is a default."""
-        data = self.recipe.model_dump(exclude_defaults=True) | changes
-        said = {name: value for name, value in data.items() if value is not None}
-        return self.with_recipe(QuadRecipe.of(said))
+        return self.with_recipe(changed(self.recipe, changes))
 
     def with_recipe(self, recipe: QuadRecipe) -> QuadState:
         """With another recipe.
@@ -138,7 +129,7 @@ class Run(LongAction[QuadState]):
     label: ClassVar[str] = "make quads"
 
     def work(self, state: QuadState, services: Services) -> Work:
-        asked = _asked(state, services) | {"of": digest(state.recipe)}
+        asked = _asked(state, services) | {"of": state.digest}
         return Work("henkei.studio.tasks.quad:run", asked, "Make quads")
 
     def finished(self, state: QuadState, result: Mapping[str, Any]) -> QuadState:
@@ -188,12 +179,6 @@ class QuadTab(Tab[QuadState]):
             return super().product(state, what, services)
         name = f"{services.entry(state.mesh).name} {what}"
         return Product(made.surface, name, made.vertices, made.faces, made.about)
-
-
-def digest(recipe: QuadRecipe) -> str:
-    """Of all in a recipe that the result depends on."""
-    said = recipe.model_copy(update={"about": "", "schema_file": None})
-    return sha256(said.text().encode()).hexdigest()[:32]
 
 
 def _for_any(recipe: QuadRecipe) -> QuadRecipe:

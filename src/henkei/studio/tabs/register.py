@@ -23,6 +23,7 @@ from henkei.studio.tabs.base import (
     Tab,
     Work,
     actions,
+    repaired,
 )
 
 Option = Literal["distortion", "seed", "rule", "regions", "settings", "about"]
@@ -238,12 +239,8 @@ class RegisterTab(Tab[RegisterState]):
             return shape_at(state, of, services)
         if kind not in REMEDIES or state.meshes.get(of) is None:
             return super().product(state, what, services)
-        entry = services.entry(state.meshes[of])
-        repair, called = REMEDIES[kind]
         services.progress("repairing", 0.0)
-        made = repair(services.blobs.surface(entry.surface))
-        name = f"{PurePath(entry.name).stem}, {called}"
-        return Product(services.blobs.put_surface(made), name, len(made.vertices), made.face_count)
+        return repaired(state.meshes[of], *REMEDIES[kind], services)
 
 
 def _with(state: RegisterState, index: int) -> list[Any]:

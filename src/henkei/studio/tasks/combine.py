@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from henkei.combine import CombinedMesh
-from henkei.errors import InvalidInput
 from henkei.mesh import Floats, Mesh
 from henkei.progress import part
 from henkei.recipes.combine import CombineRecipe
 from henkei.studio.disks import Disks, Kind, Side
-from henkei.studio.drawables import normalised
-from henkei.studio.turning import MOST_TURNED, turning
-from henkei.topology import BOUNDARY
+from henkei.studio.drawables import border_edges, frame_around, normalised, surface_header
+from henkei.studio.figures import figure
+from henkei.studio.morphs import MOST_TURNED, require_turnable, turning
 from henkei.workflows.combine_by_recipe import combine_by_recipe
 
 if TYPE_CHECKING:
@@ -74,46 +73,27 @@ def turn(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any
     InvalidInput : it is too large to be held by a page.
     """
     result = blobs.result(request["result"])
-    if len(result.vertices_a) > MOST_TURNED:
-        raise InvalidInput(
-            f"{len(result.vertices_a):,} vertices are too many to turn while you look; up to "
-            f"{MOST_TURNED:,} are shown. A morph that is exported can turn them all the same"
-        )
+    require_turnable(len(result.vertices_a))
     way = turning(result.correspondence, frame_of_both(result), blobs, report.progress)
     return {"result": request["result"], "turning": way}
 
 
 def frame_of_both(result: CombinedMesh) -> tuple[Floats, float]:
     """Centre (3,) and half the diagonal of the box around both shapes."""
-    ends = [shape for one in (result.vertices_a, result.vertices_b) for shape in _box(one)]
-    low, high = np.min(ends, axis=0), np.max(ends, axis=0)
-    return (low + high) / 2, float(np.linalg.norm(high - low)) / 2 or 1.0
-
-
-def _box(points: Floats) -> tuple[Floats, Floats]:
-    return points.min(axis=0), points.max(axis=0)
+    return frame_around(np.concatenate([result.vertices_a, result.vertices_b]))
 
 
 def _shapes(result: CombinedMesh, blobs: Blobs) -> str:
     """What is drawn: a surface as pages take it, and ``other``, its positions on b."""
-    centre, scale = frame_of_both(result)
+    frame = frame_of_both(result)
     mesh = Mesh(result.vertices_a, result.faces)
-    border = np.flatnonzero(mesh.topology.twin == BOUNDARY)
-    ends = np.stack([mesh.indices[border], mesh.topology.target[border]], axis=1)
-    header = {
-        "kind": "surface",
-        "centre": centre.tolist(),
-        "scale": scale,
-        "vertices": len(mesh.vertices),
-        "faces": mesh.face_count,
-    }
     return blobs.put_message(
-        header,
-        positions=normalised(result.vertices_a, centre, scale),
-        other=normalised(result.vertices_b, centre, scale),
+        surface_header(*frame, len(mesh.vertices), mesh.face_count),
+        positions=normalised(result.vertices_a, *frame),
+        other=normalised(result.vertices_b, *frame),
         triangles=result.faces.astype(np.uint32),
         edges=result.edges.astype(np.uint32),
-        creases=ends.astype(np.uint32),
+        creases=border_edges(mesh.topology),
     )
 
 
@@ -221,12 +201,14 @@ def figures(result: CombinedMesh, recipe: CombineRecipe) -> list[dict[str, Any]]
     q = result.quality
     euler_off = q.euler != 1 and not recipe.drop_fill
     rows: list[dict[str, Any]] = [
-        _row("Vertices", q.vertices, "all of a and of b, and one wherever their edges cross"),
-        _row("Faces", q.faces),
-        _row("Crossings of edges", q.crossings),
-        _row("Vertices that coincide", q.coincident, "at least the pairs and landmarks"),
-        _row("Euler characteristic", q.euler, "vertices − edges + faces: 1 for a disk", euler_off),
-        _row(
+        figure("Vertices", q.vertices, "all of a and of b, and one wherever their edges cross"),
+        figure("Faces", q.faces),
+        figure("Crossings of edges", q.crossings),
+        figure("Vertices that coincide", q.coincident, "at least the pairs and landmarks"),
+        figure(
+            "Euler characteristic", q.euler, "vertices − edges + faces: 1 for a disk", euler_off
+        ),
+        figure(
             "Faces turned over",
             q.inverted,
             "in the common plane, decided exactly: there are none",
@@ -236,7 +218,7 @@ def figures(result: CombinedMesh, recipe: CombineRecipe) -> list[dict[str, Any]]
     rows += [_flattening(name, weights) for name, weights in _flattened(result)]
     worst = max(q.vertex_error_a, q.vertex_error_b)
     rows.append(
-        _row(
+        figure(
             "Worst vertex error",
             f"{worst:.1e}" if worst else 0,
             "how far a vertex is from its own place, as a fraction of the diagonal: rounding only",
@@ -246,7 +228,7 @@ def figures(result: CombinedMesh, recipe: CombineRecipe) -> list[dict[str, Any]]
     factor, area = growth(result)
     low, high = (quantile(factor, area, share) for share in (0.05, 0.95))
     rows.append(
-        _row(
+        figure(
             "Growth of nine tenths",
             f"×{low:.2g} to ×{high:.2g}",
             "by what factor faces grow from a to b, without the least and the most twentieth of "
@@ -267,7 +249,7 @@ def _flattening(name: str, weights: str) -> dict[str, Any]:
         if harmonic
         else "the harmonic map would turn faces over, so other weights were taken"
     )
-    return _row(f"Flattening of {name}", WEIGHTS.get(weights, f"{weights} weights"), hint)
+    return figure(f"Flattening of {name}", WEIGHTS.get(weights, f"{weights} weights"), hint)
 
 
 def _of_inputs(result: CombinedMesh) -> list[dict[str, Any]]:
@@ -285,11 +267,7 @@ def _of_inputs(result: CombinedMesh) -> list[dict[str, Any]]:
         ("Vertices left out", q.unused_a, q.unused_b, "no face uses them"),
     )
     return [
-        _row(label, f"a: {of_a:,}, b: {of_b:,}", hint)
+        figure(label, f"a: {of_a:,}, b: {of_b:,}", hint)
         for label, of_a, of_b, hint in counts
         if of_a or of_b
     ]
-
-
-def _row(label: str, value: float | str, hint: str = "", bad: bool = False) -> dict[str, Any]:
-    return {"label": label, "value": value, "hint": hint, "bad": bad}

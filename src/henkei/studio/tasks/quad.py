@@ -13,7 +13,7 @@ from henkei.mesh import PolygonMesh
 from henkei.progress import part
 from henkei.quad import QuadResult
 from henkei.quad.painting import patch_colors
-from henkei.studio.drawables import drawable
+from henkei.studio.drawables import drawable, ends_of
 from henkei.studio.tasks.read_file import about
 from henkei.workflows.quad_by_recipe import cage_by_recipe, quad_by_recipe
 from henkei.workflows.quad_picture import FEWER, MORE, OTHER, irregular_marks
@@ -87,7 +87,7 @@ def _arcs(mesh: PolygonMesh, patches: NDArray[np.integer]) -> NDArray[np.uint32]
     twin, own = topology.twin, patches[topology.face]
     first = twin < np.arange(len(twin))
     meets = first & ((twin < 0) | (own != own[twin]))
-    return np.stack([mesh.indices[meets], topology.target[meets]], axis=1).astype(np.uint32)
+    return ends_of(topology, np.flatnonzero(meets))
 
 
 def cage(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any]:
@@ -104,9 +104,8 @@ def cage(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any
     made = cage_by_recipe(surface, request["recipe"], progress=report.progress)
     bare = PolygonMesh(made.vertices, made.faces)
     header, arrays = drawable(made)
-    sharp = np.flatnonzero(made.attributes.corner["crease"])
-    ends = np.stack([made.indices[sharp], made.topology.target[sharp]], axis=1)
-    arrays["creases"] = np.unique(np.sort(ends, axis=1), axis=0).astype(np.uint32)
+    sharp = ends_of(made.topology, np.flatnonzero(made.attributes.corner["crease"]))
+    arrays["creases"] = np.unique(np.sort(sharp, axis=1), axis=0)
     return {
         "surface": blobs.put_surface(bare),
         "about": about(bare),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,6 +55,7 @@ def run(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any]
         raise InvalidMesh(f"{path}: {problem.reason}; {problem.remedy}")
     report.progress("looking at it", 0.6)
     described = about(surface)
+    _warn_of_turned(surface, path.name)
     report.progress("keeping it", 0.8)
     return {
         "surface": blobs.put_surface(surface),
@@ -81,6 +83,19 @@ def about(surface: Surface) -> str:
     along = _count(turned, "edge", "edges")
     note = f"; faces wind against each other along {along}" if turned else ""
     return f"{corners}{border}, genus {genus}, {pieces}{note}"
+
+
+def _warn_of_turned(surface: Surface, name: str) -> None:
+    topology = surface.topology
+    turned = len(topology.misoriented_edges) if topology.is_orientable else 0
+    if turned:
+        along = _count(turned, "edge", "edges")
+        warnings.warn(
+            f"{name}: faces wind against each other along {along}, which is seen as patches of "
+            "another colour; henkei.oriented(mesh) turns them alike",
+            UserWarning,
+            stacklevel=2,
+        )
 
 
 def _corners(surface: Surface) -> str:

@@ -6,16 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from henkei.errors import InvalidInput
 from henkei.mesh import Floats, Mesh, Surface
 from henkei.progress import part
 from henkei.recipes.register import RegisterRecipe
 from henkei.register import Registration
-from henkei.studio.drawables import frame_of, normalised
-from henkei.studio.register_view import MOST_TURNED, placed
+from henkei.studio.drawables import border_edges, frame_of, normalised, surface_header
+from henkei.studio.morphs import MOST_TURNED, require_turnable, turning
+from henkei.studio.register_view import placed
 from henkei.studio.registered import apart, colours, figures, warnings
-from henkei.studio.turning import turning
-from henkei.topology import BOUNDARY
 from henkei.workflows.register_by_recipe import register_by_recipe
 
 if TYPE_CHECKING:
@@ -82,12 +80,7 @@ def turn(request: dict[str, Any], blobs: Blobs, report: Report) -> dict[str, Any
     InvalidInput : it is too large to be held by a page.
     """
     result: Registration = blobs.result(request["result"])
-    count = len(result.correspondence.vertices_a)
-    if count > MOST_TURNED:
-        raise InvalidInput(
-            f"{count:,} vertices are too many to turn while you look; up to {MOST_TURNED:,} are "
-            "shown. A morph that is exported can turn them all the same"
-        )
+    require_turnable(len(result.correspondence.vertices_a))
     header = blobs.get_message(request["shapes"]).header
     frame = np.array(header["centre"]), float(header["scale"])
     way = turning(placed(result), frame, blobs, report.progress)
@@ -101,25 +94,14 @@ def _shapes(
     edges; ``start``, its positions in the form of the source; ``bridged``, its vertices that are in
     holes of the target."""
     mesh = result.mesh
-    topology = mesh.topology
-    border = np.flatnonzero(topology.twin == BOUNDARY)
-    ends = np.stack([mesh.indices[border], topology.target[border]], axis=1)
     used = np.ones(len(mesh.vertices), dtype=bool)
-    used[topology.unused_vertices] = False
-    centre, scale = frame
-    header = {
-        "kind": "surface",
-        "centre": centre.tolist(),
-        "scale": scale,
-        "vertices": len(mesh.vertices),
-        "faces": mesh.face_count,
-    }
+    used[mesh.topology.unused_vertices] = False
     return blobs.put_message(
-        header,
+        surface_header(*frame, len(mesh.vertices), mesh.face_count),
         positions=normalised(mesh.vertices, *frame),
         start=normalised(placed(result).vertices_a, *frame),
         triangles=mesh.faces.astype(np.uint32),
         edges=source.topology.edges.astype(np.uint32),
-        creases=ends.astype(np.uint32),
+        creases=border_edges(mesh.topology),
         bridged=np.flatnonzero(used & (result.on_target.face < 0)).astype(np.uint32),
     )

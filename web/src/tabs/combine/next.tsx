@@ -1,37 +1,28 @@
-import { Button, Buttons, Note, Progress } from "../../ui/index.ts";
+import { Button, Buttons, Note } from "../../ui/index.ts";
 import type { Studio } from "../tab.ts";
 import { page } from "./page.ts";
 import type { Fix, Props, SideName, Trouble } from "./types.ts";
 
 /** What to do now, what stands in the way, and the one button. */
 export function Next({ state, view, studio }: Props) {
-  const job = studio.jobs.find((one) => one.tab === "combine" && one.title === "Combine");
+  const busy = studio.jobs.some((one) => one.tab === "combine" && one.title === "Combine");
   const again = view.result && !view.result.current;
   return (
     <div class="section section-body">
       {view.next && <Note level="info">{view.next}</Note>}
       {view.trouble && <TroubleNote trouble={view.trouble} studio={studio} />}
       {view.advice && <TroubleNote trouble={view.advice} studio={studio} />}
-      {job ? (
-        <Progress
-          title="Combining"
-          message={job.message}
-          fraction={job.fraction ?? null}
-          onCancel={() => studio.cancel(job.job)}
+      {state.a !== null && state.b !== null && (
+        <Button
+          label={again ? "Combine again" : "Combine"}
+          kind={view.result?.current ? "plain" : "primary"}
+          keys="Enter"
+          wide
+          busy={busy}
+          disabled={!view.ready}
+          hint={view.trouble?.message ?? "One mesh with both forms"}
+          onClick={() => void page.combine()}
         />
-      ) : (
-        state.a !== null &&
-        state.b !== null && (
-          <Button
-            label={again ? "Combine again" : "Combine"}
-            kind={view.result?.current ? "plain" : "primary"}
-            keys="Enter"
-            wide
-            disabled={!view.ready}
-            hint={view.trouble?.message ?? "One mesh with both forms"}
-            onClick={() => void page.combine()}
-          />
-        )
       )}
     </div>
   );

@@ -3,11 +3,13 @@
 import type {
   Colours,
   Mark,
+  Point,
   SurfaceData,
   SurfaceView,
   View,
   Viewport,
 } from "../../viewer/index.ts";
+import { subtract } from "../../viewer/vectors.ts";
 import { pairColour } from "../shared/pairing.ts";
 import type { Studio } from "../tab.ts";
 import { bringTo, type Way } from "../shared/morph.ts";
@@ -58,6 +60,9 @@ function lay(studio: Studio, mode: Mode): void {
   if (mode === "plane" && shown?.mode !== "plane") before = shown && first.camera();
   studio.stage.layout(count, linked);
   if (!same) for (const viewport of studio.viewports) viewport.clear();
+  // what is side by side in one plane has the same coordinates on both sides
+  if (mode === "plane" || shown?.mode === "plane")
+    for (const viewport of studio.viewports) viewport.settleAnew();
   if (shown?.mode === "plane" && mode !== "plane" && before) first.look(before);
   shown = { mode, count, linked };
 }
@@ -265,11 +270,17 @@ async function morph(studio: Studio, state: CombineState, result: Result): Promi
   toTime(studio);
 }
 
-/** Looks at the shape halfway, with room for those at the ends. */
+/** Looks at the shape halfway, from as far as those at the ends need. */
 function fit(viewport: Viewport, surface: SurfaceView, along: Way): void {
-  bringTo(surface, along, 0.5);
-  viewport.frame();
-  viewport.pose.zoom(1.15, viewport.pose.target);
+  const { pose } = viewport;
+  const looks = [0, 1, 0.5].map((time) => {
+    bringTo(surface, along, time);
+    viewport.frame();
+    return { target: pose.target, distance: pose.distance };
+  });
+  const { target } = looks.at(-1)!;
+  const aside = (to: Point) => Math.hypot(...subtract(to, target));
+  pose.fit(target, Math.max(...looks.map((look) => look.distance + aside(look.target))));
   viewport.turned();
 }
 

@@ -117,14 +117,17 @@ function HandleControls({ part, studio }: { part: HandlePart; studio: Studio }) 
         hint="From rest, in the unit of the mesh"
         value={now.translation}
         onInput={(translation) => tried({ translation })}
+        onCancel={() => studio.drop()}
         onChange={(translation) => done({ translation })}
       />
       <VectorField
         label="Turn"
+        unit="°"
         hint="Degrees about x, y and z as one rotation vector: its direction is the axis, its length the angle, which may be more than a full turn"
         value={now.rotation}
         step={1}
         onInput={(rotation) => tried({ rotation })}
+        onCancel={() => studio.drop()}
         onChange={(rotation) => done({ rotation })}
       />
       <Slider
@@ -135,6 +138,7 @@ function HandleControls({ part, studio }: { part: HandlePart; studio: Studio }) 
         max={2}
         logarithmic
         onInput={(scale) => tried({ scale })}
+        onCancel={() => studio.drop()}
         onChange={(scale) => done({ scale })}
       />
       {moved && (
@@ -181,6 +185,7 @@ function FeatureControls({ part, studio }: { part: FeaturePart; studio: Studio }
         max={2}
         logarithmic
         onInput={(next) => tried({ scale: next })}
+        onCancel={() => studio.drop()}
         onChange={(next) => done({ scale: next })}
       />
       {rest !== null && (
@@ -192,6 +197,7 @@ function FeatureControls({ part, studio }: { part: FeaturePart; studio: Studio }
           max={rest * 2}
           logarithmic
           onInput={(next) => tried({ radius: next })}
+          onCancel={() => studio.drop()}
           onChange={(next) => done({ radius: next })}
         />
       )}
@@ -217,6 +223,7 @@ function PinControls({ pin, studio }: { pin: PinPart; studio: Studio }) {
       hint="Where the point of the surface goes; or drag it on the picture"
       value={pin.to}
       onInput={(to) => studio.live("deform", "move_pin", { name, to })}
+      onCancel={() => studio.drop()}
       onChange={(to) => movePin(studio, name, to)}
     />
   );

@@ -96,7 +96,7 @@ export interface DeformView extends View {
 }
 
 export const colours: Record<Kind | "selection" | "found", string> = {
-  fixed: "#7d8794",
+  fixed: "#7b61c9",
   handles: "#ef8a26",
   features: "#3f82e0",
   pins: "#c2417c",

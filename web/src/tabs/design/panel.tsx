@@ -189,6 +189,7 @@ function Chosen({ part, studio }: { part: Part; studio: Studio }) {
         label="Goes to"
         value={part.to as Vector}
         onInput={(to) => studio.live("design", "move_pin", { name, to })}
+        onCancel={() => studio.drop()}
         onChange={(to) => studio.do("design", "move_pin", { name, to })}
       />
     );
@@ -205,6 +206,7 @@ function ChosenCurve({ name, studio }: { name: string; studio: Studio }) {
         label="Move by"
         value={[0, 0, 0]}
         onInput={(by) => studio.live("design", "move_curve", moved(by))}
+        onCancel={() => studio.drop()}
         onChange={(by) => studio.do("design", "move_curve", moved(by))}
       />
       <Slider

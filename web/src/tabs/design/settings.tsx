@@ -15,6 +15,10 @@ function settingSlider(studio: Studio, change: (value: number) => object) {
       own.sliding = true;
       studio.live("design", "change", change(value));
     },
+    onCancel: () => {
+      own.sliding = false;
+      studio.drop();
+    },
     onChange: (value: number) => {
       own.sliding = false;
       return studio.do("design", "change", change(value));

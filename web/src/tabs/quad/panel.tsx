@@ -6,7 +6,6 @@ import {
   Figures,
   Hint,
   Note,
-  Progress,
   Section,
   Toggle,
 } from "../../ui/index.ts";
@@ -40,30 +39,22 @@ export function Panel(props: Props) {
 
 // The button
 
-function Make({ view, studio }: Props) {
+function Make({ view }: Props) {
   const job = page.job("quads");
   const again = view.result && !view.result.current;
   return (
     <div class="section section-body">
       {view.trouble && <Note>{view.trouble}</Note>}
       {view.next && <Note level={again ? "warning" : "info"}>{view.next}</Note>}
-      {job ? (
-        <Progress
-          title="Making quads"
-          message={job.message}
-          fraction={job.fraction ?? null}
-          onCancel={() => studio.cancel(job.job)}
-        />
-      ) : (
-        <Button
-          label={again ? "Make quads again" : "Make quads"}
-          kind="primary"
-          wide
-          keys="Enter"
-          disabled={view.trouble !== undefined}
-          onClick={() => void page.make("quads")}
-        />
-      )}
+      <Button
+        label={again ? "Make quads again" : "Make quads"}
+        kind="primary"
+        wide
+        busy={job !== undefined}
+        keys="Enter"
+        disabled={view.trouble !== undefined}
+        onClick={() => void page.make("quads")}
+      />
     </div>
   );
 }
@@ -134,30 +125,22 @@ function Cage({ state, view, studio }: Props) {
           ? `${counted(cage.faces, "quad")}: subdivided, they come near to the surface.`
           : "As few quads as go on as a control mesh in Design. This takes a while."}
       </Hint>
-      {job ? (
-        <Progress
-          title="Making a cage"
-          message={job.message}
-          fraction={job.fraction ?? null}
-          onCancel={() => studio.cancel(job.job)}
+      <Buttons>
+        <Button
+          label={cage ? "Make cage again" : "Make cage"}
+          busy={job !== undefined}
+          disabled={view.trouble !== undefined}
+          onClick={() => void page.make("cage")}
         />
-      ) : (
-        <Buttons>
+        {cage && (
           <Button
-            label={cage ? "Make cage again" : "Make cage"}
-            disabled={view.trouble !== undefined}
-            onClick={() => void page.make("cage")}
+            label="Use cage as mesh"
+            icon="mesh"
+            hint="Puts it among the open meshes, for Design"
+            onClick={() => void keep(studio, view, "cage")}
           />
-          {cage && (
-            <Button
-              label="Use cage as mesh"
-              icon="mesh"
-              hint="Puts it among the open meshes, for Design"
-              onClick={() => void keep(studio, view, "cage")}
-            />
-          )}
-        </Buttons>
-      )}
+        )}
+      </Buttons>
       {cage && (
         <Toggle
           label="Show the cage"

@@ -54,6 +54,7 @@ export function Size({ state, view }: Props) {
           max={Math.max(edge_length, lengthOf(counts.least))}
           logarithmic
           onInput={setSeen}
+          onCancel={() => setSeen(null)}
           onChange={(length) => settled(page.change({ edge_length: length }))}
           hint="In the unit of the mesh"
         />
@@ -66,6 +67,7 @@ export function Size({ state, view }: Props) {
           step={1}
           logarithmic
           onInput={setSeen}
+          onCancel={() => setSeen(null)}
           onChange={(wanted) => settled(page.change({ quads: Math.round(wanted) }))}
           hint="About how many there should be"
         />

@@ -5,7 +5,6 @@ import {
   Figures,
   MeshChoice,
   Note,
-  Progress,
   Section,
   Toggle,
 } from "../../ui/index.ts";
@@ -49,26 +48,17 @@ function Next({ state, view, studio }: Props) {
     <div class="section section-body">
       {view.next && !job && <Note level="info">{view.next}</Note>}
       {view.trouble && <TroubleNote trouble={view.trouble} studio={studio} />}
-      {job ? (
-        <Progress
-          title="Registering"
-          message={job.message}
-          fraction={job.fraction ?? null}
-          onCancel={() => studio.cancel(job.job)}
+      {state.source !== null && state.target !== null && (
+        <Button
+          label={again ? "Register again" : "Register"}
+          kind={view.result?.current ? "plain" : "primary"}
+          keys="Enter"
+          wide
+          busy={job !== undefined}
+          disabled={!view.ready}
+          hint={view.trouble?.message ?? "Give the source the form of the target"}
+          onClick={() => void page.register()}
         />
-      ) : (
-        state.source !== null &&
-        state.target !== null && (
-          <Button
-            label={again ? "Register again" : "Register"}
-            kind={view.result?.current ? "plain" : "primary"}
-            keys="Enter"
-            wide
-            disabled={!view.ready}
-            hint={view.trouble?.message ?? "Give the source the form of the target"}
-            onClick={() => void page.register()}
-          />
-        )
       )}
     </div>
   );
