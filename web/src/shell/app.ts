@@ -41,7 +41,13 @@ export class App implements Studio, Listener {
   status: Status = "connecting";
   tab: AnyTab = tabs[0]!;
   tool: Tool = this.tab.tools[0]!;
-  look: Look = kept<Look>("look", { edges: true, shading: "smooth" });
+  look: Look = {
+    edges: true,
+    creases: true,
+    shading: "smooth",
+    ...kept<Partial<Look>>("look", {}),
+  };
+  upward: "y" | "z" = kept("upward", "y");
   overlay: Overlay = null;
   toasts: Toast[] = [];
   uploads: Upload[] = [];
@@ -63,6 +69,7 @@ export class App implements Studio, Listener {
     readonly place: HTMLElement,
   ) {
     this.scenes = new Scenes(this);
+    stage.upward(this.upward);
     this.followingTheme = followTheme((next) => this.stage.theme(next));
     this.connection = new Connection(this, kept("slow", false) ? 16 : 32);
   }
@@ -264,6 +271,19 @@ export class App implements Studio, Listener {
     this.redraw();
   }
 
+  switchEdges(): void {
+    this.setLook({ edges: !this.look.edges, creases: !this.look.edges });
+  }
+
+  /** Chooses the axis of space that is upward on the screen. */
+  turnUpward(axis: "y" | "z"): void {
+    this.upward = axis;
+    keep("upward", axis);
+    this.stage.upward(axis);
+    this.frame();
+    this.redraw();
+  }
+
   setLook(look: Partial<Look>): void {
     this.look = { ...this.look, ...look };
     keep("look", this.look);
@@ -280,14 +300,14 @@ export class App implements Studio, Listener {
     for (const viewport of this.viewports) viewport.frame();
   }
 
-  notify(level: Level, text: string, action?: Toast["action"]): void {
+  notify(level: Level, text: string, more: Pick<Toast, "action" | "ofFile"> = {}): void {
     const again = this.toasts.find((toast) => toast.text === text && toast.level === level);
     if (again) {
       this.toasts = this.toasts.map((one) =>
         one === again ? { ...one, times: one.times + 1 } : one,
       );
     } else {
-      const toast = { id: ++this.toastCount, level, text, times: 1, action };
+      const toast = { id: ++this.toastCount, level, text, times: 1, ...more };
       this.toasts = [...this.toasts, toast].slice(-mostToasts);
     }
     this.redraw();
@@ -306,7 +326,7 @@ export class App implements Studio, Listener {
     this.notify(
       "error",
       `Something went wrong in the page: ${text}. Your work is kept by the server. If something looks wrong now, load the page again.`,
-      { label: "Load again", run: () => location.reload() },
+      { action: { label: "Load again", run: () => location.reload() } },
     );
   }
 
@@ -330,6 +350,7 @@ export class App implements Studio, Listener {
 
   async upload(files: Iterable<File>): Promise<string[]> {
     const given = [...files];
+    this.toasts = this.toasts.filter((one) => !one.ofFile);
     const left = (await this.tab.receive?.(this, given)) ?? given;
     const meshes: string[] = [];
     for (const file of left) {
@@ -348,7 +369,7 @@ export class App implements Studio, Listener {
     this.redraw();
     const { mesh, message } = await answer;
     this.uploads = this.uploads.filter((one) => one !== sent);
-    if (message) this.notify("error", message);
+    if (message) this.notify("error", message, { ofFile: true });
     this.redraw();
     return mesh ?? null;
   }

@@ -5,6 +5,7 @@ import { openFiles } from "./shortcuts.ts";
 /** The meshes that are open. */
 export function Shelf({ app }: { app: App }) {
   const meshes = app.state?.meshes ?? [];
+  const used = Object.values((app.state?.tabs[app.tab.name]?.state ?? {}) as object);
   return (
     <Section
       title="Meshes"
@@ -17,6 +18,7 @@ export function Shelf({ app }: { app: App }) {
         rows={meshes.map((mesh) => ({
           id: mesh.id,
           name: mesh.name,
+          selected: used.includes(mesh.id),
           detail: `${count(mesh.vertices)} / ${count(mesh.faces)}`,
           hint: [
             mesh.about,

@@ -60,11 +60,11 @@ function Panel({ app }: { app: App }) {
       <Shelf app={app} />
       {entry && (
         <Guard key={tab.name} app={app} revision={state.revision}>
-          <tab.Panel state={entry.state} view={entry.view} studio={app} />
           {entry.view.problem && <Note>{entry.view.problem}</Note>}
           {entry.view.warnings?.map((warning) => (
             <Note key={warning}>{warning}</Note>
           ))}
+          <tab.Panel state={entry.state} view={entry.view} studio={app} />
         </Guard>
       )}
     </div>

@@ -14,7 +14,7 @@ export const shortcuts: readonly GlobalShortcut[] = [
   {
     keys: "E",
     does: "Show or hide edges",
-    run: (app) => app.setLook({ edges: !app.look.edges }),
+    run: (app) => app.switchEdges(),
   },
   ...tabs.map((tab, k) => ({
     keys: String(k + 1),

@@ -36,7 +36,7 @@ export function ViewBar({ app }: { app: App }) {
         label="Edges"
         keys="E"
         pressed={look.edges}
-        onClick={() => app.setLook({ edges: !look.edges })}
+        onClick={() => app.switchEdges()}
       />
       <IconButton
         icon={look.shading === "smooth" ? "smooth" : "flat"}
@@ -49,10 +49,18 @@ export function ViewBar({ app }: { app: App }) {
         icon="view"
         bare
         align="right"
-        items={sides.map((side) => ({
-          label: side[0]!.toUpperCase() + side.slice(1),
-          onSelect: () => app.viewports.forEach((viewport) => viewport.view(side)),
-        }))}
+        items={[
+          ...sides.map((side) => ({
+            label: side[0]!.toUpperCase() + side.slice(1),
+            onSelect: () => app.viewports.forEach((viewport) => viewport.view(side)),
+          })),
+          "line",
+          {
+            label: "Z is up",
+            checked: app.upward === "z",
+            onSelect: () => app.turnUpward(app.upward === "z" ? "y" : "z"),
+          },
+        ]}
       />
       <IconButton icon="frame" label="Fit" keys="F" onClick={() => app.frame()} />
     </div>

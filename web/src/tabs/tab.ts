@@ -39,6 +39,7 @@ export interface Shortcut {
 /** How surfaces are drawn, as people chose it for all of them. */
 export interface Look {
   edges: boolean;
+  creases: boolean;
   shading: "smooth" | "flat";
 }
 

@@ -9,6 +9,8 @@ export type Toast = {
   text: string;
   /** How often it was said. */
   times: number;
+  /** It is of a file that was not opened; of no use once others are. */
+  ofFile?: boolean;
   /** Something to do about it. */
   action?: { label: string; run(): void };
 };
