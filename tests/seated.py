@@ -97,7 +97,7 @@ class Studio:
         """Open a built-in example that is made here, which is quicker than in a worker."""
         report: Any = SimpleNamespace(progress=silent)
         made = task.run({"name": name}, self.session._services.blobs, report)
-        self.on_engine(lambda: self.session._take_example(example(name), **made))
+        self.on_engine(lambda: self.session.desk.take_example(example(name), **made))
 
     def live(self, tab: str, action: str, **arguments: Any) -> None:
         message = Message(

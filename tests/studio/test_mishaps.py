@@ -174,7 +174,7 @@ def test_an_upload_is_answered_whatever_becomes_of_it(
     def broken(**entry: Any) -> str:
         raise RuntimeError
 
-    monkeypatch.setattr(studio.session, "_add", broken)
+    monkeypatch.setattr(studio.session.desk, "add", broken)
     assert "fault of ours" in opened(studio, tmp_path, bumper())["message"]
 
 

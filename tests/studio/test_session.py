@@ -46,7 +46,7 @@ def test_what_a_page_sees_is_what_its_recipe_makes(studio: Studio, tmp_path: Pat
     bending(studio, tmp_path)
     move = {"translation": [0.0, 5.0, 40.0], "rotation": [10.0, 0.0, 0.0]}
     studio.do("deform", "move_handle", name="handle 1", move=move)
-    document = studio.on_engine(lambda: studio.session._now)
+    document = studio.on_engine(lambda: studio.session.desk.now)
     made = hk.deform_by_recipe(tmp_path / "mesh.obj", document.deform.recipe)
     shown = studio.page.positions["mesh"]
     centre, scale = studio.on_engine(
@@ -172,11 +172,11 @@ def test_a_session_that_was_killed_is_offered_with_its_drag(tmp_path: Path) -> N
     ident = first.page.last["session"]
     move = {"translation": [0.0, 0.0, 12.0]}
     first.live("deform", "move_handle", name="handle 1", move=move)
-    first.on_engine(lambda: first.session._kept._journal.flush())
+    first.on_engine(lambda: first.session.desk.kept._journal.flush())
     first.on_engine(lambda: first.session._works.close())
     second = Studio(tmp_path / "copy")
     second.close()
-    first.on_engine(lambda: first.session._kept.close())
+    first.on_engine(lambda: first.session.desk.kept.close())
     first.close(kill=True)
     again = Studio(tmp_path / "sessions")
     try:
@@ -296,7 +296,7 @@ def test_an_export_is_the_recipe_run_by_the_library(studio: Studio, tmp_path: Pa
     assert studio.page.last["exported"] == []
     recipe = hk.DeformRecipe.read(path)
     assert name.endswith(".json")
-    document = studio.on_engine(lambda: studio.session._now)
+    document = studio.on_engine(lambda: studio.session.desk.now)
     wanted = document.deform.recipe.model_dump(exclude_defaults=True)
     assert recipe.model_dump(exclude_defaults=True, exclude={"schema_file"}) == wanted
 
@@ -304,7 +304,7 @@ def test_an_export_is_the_recipe_run_by_the_library(studio: Studio, tmp_path: Pa
 def test_a_dropped_recipe_goes_to_its_tab(studio: Studio, tmp_path: Path) -> None:
     studio.example("bumper")
     studio.do("document", "show", name="quad")
-    recipe = studio.on_engine(lambda: studio.session._now.deform.recipe)
+    recipe = studio.on_engine(lambda: studio.session.desk.now.deform.recipe)
     path = tmp_path / "recipe.json"
     recipe.model_copy(update={"handles": ()}).write(path)
     assert studio.session.uploaded(path, "recipe.json") == {"recipe": "deform"}

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, cast
 
 from pydantic import Field
 
+from henkei.errors import InvalidInput, some
 from henkei.recipes.recipe import Index, Part
 from henkei.studio.register_state import RegisterState
 from henkei.studio.tabs import combine, deform, design, quad, register
@@ -59,10 +61,35 @@ class Document(Part):
         """With one more open mesh."""
         return self.model_copy(update={"meshes": (*self.meshes, entry)})
 
+    def without_entry(self, mesh: str) -> Document:
+        """With one open mesh less."""
+        left = tuple(one for one in self.meshes if one.id != mesh)
+        return self.model_copy(update={"meshes": left})
+
+    def with_name(self, mesh: str, name: str) -> Document:
+        """With another name of an open mesh."""
+        named = tuple(
+            one.model_copy(update={"name": name}) if one.id == mesh else one for one in self.meshes
+        )
+        return self.model_copy(update={"meshes": named})
+
     def next_id(self) -> str:
         """Of the next mesh to be opened."""
         numbers = [int(one.id[1:]) for one in self.meshes]
         return f"m{max(numbers, default=0) + 1}"
+
+
+def tab_named(header: Mapping[str, Any]) -> str:
+    """The tab that a message or a request is for.
+
+    Raises
+    ------
+    InvalidInput : there is none of that name.
+    """
+    tab = header.get("tab")
+    if not isinstance(tab, str) or tab not in TABS:
+        raise InvalidInput(f"there is no tab {str(tab)[:40]!r}; known are {some(TABS)}")
+    return tab
 
 
 def _field(tab: str) -> str:

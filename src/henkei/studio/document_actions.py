@@ -8,6 +8,7 @@ from pydantic import ValidationError
 
 from henkei.errors import InvalidInput
 from henkei.recipes.recipe import Name, Part, reason
+from henkei.studio.desk import Desk
 from henkei.studio.tabs.base import MeshId
 
 TabName = Literal["combine", "register", "deform", "quad", "design"]
@@ -16,20 +17,10 @@ TabName = Literal["combine", "register", "deform", "quad", "design"]
 class Whole(Protocol):
     """What of a session these actions use."""
 
-    def show(self, tab: str) -> None:
-        """Bring a tab to the front."""
+    desk: Desk
 
     def open_example(self, name: str) -> None:
         """Begin to make a built-in example, which is then opened."""
-
-    def remove_mesh(self, mesh: str) -> None:
-        """Close a mesh."""
-
-    def rename_mesh(self, mesh: str, name: str) -> None:
-        """Give a mesh another name."""
-
-    def keep_product(self, tab: str, what: str) -> None:
-        """Open what a tab has made as a mesh."""
 
     def restore(self, session: str) -> None:
         """Go on with an earlier session."""
@@ -47,7 +38,7 @@ class Show(Part):
     name: TabName
 
     def do(self, session: Whole) -> None:
-        session.show(self.name)
+        session.desk.show(self.name)
 
 
 class Example(Part):
@@ -65,7 +56,7 @@ class Remove(Part):
     mesh: MeshId
 
     def do(self, session: Whole) -> None:
-        session.remove_mesh(self.mesh)
+        session.desk.remove(self.mesh)
 
 
 class Rename(Part):
@@ -75,7 +66,7 @@ class Rename(Part):
     name: Name
 
     def do(self, session: Whole) -> None:
-        session.rename_mesh(self.mesh, self.name)
+        session.desk.rename(self.mesh, self.name)
 
 
 class Keep(Part):
@@ -85,7 +76,7 @@ class Keep(Part):
     what: Name
 
     def do(self, session: Whole) -> None:
-        session.keep_product(self.tab, self.what)
+        session.desk.add_product(self.tab, self.what)
 
 
 class Restore(Part):

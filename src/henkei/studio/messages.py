@@ -142,3 +142,16 @@ def _table(table: Any) -> Iterator[tuple[str, np.dtype[Any], list[int]]]:
         ):
             raise InvalidInput(f"array {name!r} has no usable shape")
         yield name, DTYPES[dtype], shape
+
+
+def arguments_of(message: Message) -> dict[str, Any]:
+    """What a message says to its action: its ``arguments``, and its arrays as lists.
+
+    Raises
+    ------
+    InvalidInput : the arguments are no object.
+    """
+    given = message.header.get("arguments", {})
+    if not isinstance(given, dict):
+        raise InvalidInput("the arguments of an action must be an object")
+    return given | {name: array.tolist() for name, array in message.arrays.items()}

@@ -8,24 +8,23 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Timer
 from typing import Any
 
-from henkei.errors import HenkeiError, InvalidInput, some
+from henkei.errors import HenkeiError, InvalidInput
 from henkei.progress import silent
 from henkei.studio import examples
 from henkei.studio.aside import Aside
-from henkei.studio.document import TABS, Document, MeshEntry
+from henkei.studio.desk import Desk
+from henkei.studio.document import TABS, Document, tab_named
 from henkei.studio.document_actions import document_action
 from henkei.studio.downloads import clear_old
-from henkei.studio.examples import Example
 from henkei.studio.jobs import Done, Outcome
-from henkei.studio.messages import Message
+from henkei.studio.messages import Message, arguments_of
 from henkei.studio.pages import Client, EngineProgress, Pages
 from henkei.studio.services import Services
 from henkei.studio.sessions import Kept, Sessions
@@ -65,12 +64,10 @@ class Session:
         self._services.renew = self._renew
         self._works = Works(sessions.folder, sessions.blobs.folder, self._later, self._pages.tell)
         self._progress = EngineProgress(self._pages.tell)
-        self._tab = "combine"
         self._done: deque[Any] = deque(maxlen=1000)  # ids of messages
-        self._asked: Any = None  # the id of the message that is being done
         self._names: dict[Client, Any] = {}  # what pages call themselves
         self._dragger: Any = None  # the name of the page that tried something out last
-        self._kept: Kept[Document] = sessions.create()
+        self.desk = Desk(sessions.create(), self._services, self._publish)
         self._tidying = Timer(TIDY_AFTER, self._tidy)
         self._tidying.daemon = True
         self._tidying.start()
@@ -113,17 +110,15 @@ class Session:
     def live(self, client: Client, message: Message) -> None:
         """Try an action on what was committed last, for the picture; a crash does not lose it."""
         with self._answering(client, None):
-            arguments = _arguments(message)
+            arguments = arguments_of(message)
             blended = arguments.pop("blended", False)  # by this page, which wants no positions
             tab, action = self._action(message, arguments)
             if isinstance(action, LongAction):
                 raise InvalidInput("long work is not done while dragging")
-            committed = self._kept.history.committed
-            state = action.apply(committed.tab(tab), self._services)
-            self._kept.draft(committed.with_tab(tab, state), action.label, tab)
+            self.desk.try_out(tab, action)
             self._dragger = self._names.get(client)
             self._pages.show_positions(
-                self._now,
+                self.desk.now,
                 tab,
                 exact=False,
                 sequence=message.header.get("sequence"),
@@ -137,7 +132,7 @@ class Session:
 
         def ended(outcome: Outcome) -> None:
             if isinstance(outcome, Done):
-                self._add(**outcome.result)
+                self.desk.add(**outcome.result)
             else:
                 self._notice("error", reason(outcome))
 
@@ -154,9 +149,12 @@ class Session:
                 if not isinstance(outcome, Done):
                     answer = {"message": reason(outcome) or "cancelled"}
                 elif is_recipe:
-                    answer = self._take_recipe(outcome.result["tab"], outcome.result["recipe"])
+                    self.desk.take_recipe(outcome.result["tab"], outcome.result["recipe"])
+                    answer = {"recipe": outcome.result["tab"]}
                 else:
-                    answer = {"mesh": self._add(**outcome.result)}
+                    answer = {"mesh": self.desk.add(**outcome.result)}
+            except HenkeiError as error:
+                answer = {"message": str(error)}
             finally:
                 answers.put(answer)
 
@@ -166,49 +164,11 @@ class Session:
             self._works.read(path, name, ended, alone=True)
         return answers.get()
 
-    def _take_recipe(self, tab: str, recipe: dict[str, Any]) -> dict[str, Any]:
-        """Give a recipe to the tab that it is for, whose meshes are open."""
-        try:
-            state = self._filled(tab)
-            state = TABS[tab].action("load", {"recipe": recipe}).apply(state, self._services)
-        except HenkeiError as error:
-            return {"message": str(error)}
-        self._tab = tab
-        self._change(self._committed.with_tab(tab, state), "open recipe", tab)
-        return {"recipe": tab}
-
-    def _filled(self, tab: str) -> Any:
-        """The state of a tab; if it has no mesh yet, with those that are open."""
-        state = self._committed.tab(tab)
-        if not any(state.meshes.values()):
-            for slot, entry in zip(state.slots, self._committed.meshes, strict=False):
-                state = state.with_mesh(slot, entry.id)
-        return state
-
-    def _add(self, surface: str, name: str, vertices: int, faces: int, about: str) -> str:
-        """Open a surface that is a blob; it goes into the first free slot of the tab in front."""
-        document = self._committed
-        entry = MeshEntry(
-            id=document.next_id(),
-            name=name,
-            surface=surface,
-            vertices=vertices,
-            faces=faces,
-            about=about,
-        )
-        document = document.with_entry(entry)
-        state = document.tab(self._tab)
-        free = [slot for slot, mesh in state.meshes.items() if mesh is None]
-        if free:
-            document = document.with_tab(self._tab, state.with_mesh(free[0], entry.id))
-        self._change(document, f"open {name}", self._tab)
-        return entry.id
-
     def export(self, request: dict[str, Any]) -> dict[str, Any]:
         """Begin to write what a tab has as a file; see :mod:`henkei.studio.exports`."""
         try:
-            tab = _tab(request)
-            state: Any = self._committed.tab(tab)
+            tab = tab_named(request)
+            state: Any = self.desk.committed.tab(tab)
             entries = {slot: self._services.entry(mesh) for slot, mesh in state.meshes.items()}
         except HenkeiError as error:
             return {"message": str(error)}
@@ -237,19 +197,9 @@ class Session:
         self._tidying.cancel()
         self._aside.close()
         self._works.close()
-        self._kept.close()
+        self.desk.kept.close()
 
     # What is done to the document as a whole
-
-    def show(self, tab: str) -> None:
-        """Bring a tab to the front; where it has no mesh yet, with those that are open.
-
-        Not while something was undone, which could not be done again after that.
-        """
-        self._tab = tab
-        undone = self._kept.history.redo_label is not None
-        state = self._committed.tab(tab) if undone else self._filled(tab)
-        self._change(self._committed.with_tab(tab, state), "choose mesh", tab)
 
     def open_example(self, name: str) -> None:
         """Begin to make a built-in example; once that is done, its meshes and recipe are open."""
@@ -257,53 +207,13 @@ class Session:
 
         def ended(outcome: Outcome) -> None:
             if isinstance(outcome, Done):
-                self._take_example(example, **outcome.result)
+                self.desk.take_example(example, **outcome.result)
             else:
                 self._publish()
 
         work = Work("henkei.studio.tasks.example:run", {"name": name}, f"Open {example.title}")
         if not self._works.is_going_on(example.tab, work):
             self._works.start(example.tab, work, ended, self._pages.show_surface)
-
-    def _take_example(
-        self, example: Example, meshes: list[dict[str, Any]], recipe: dict[str, Any]
-    ) -> None:
-        """Open meshes in the slots of a tab, and a recipe, in one step."""
-        tab, document = example.tab, self._committed
-        state = document.tab(tab)
-        for slot, mesh in zip(state.slots, meshes, strict=True):
-            entry = MeshEntry(id=document.next_id(), **mesh)
-            document, state = document.with_entry(entry), state.with_mesh(slot, entry.id)
-        self._tab = tab
-        self._services.meshes = document.meshes
-        state = TABS[tab].action("load", {"recipe": recipe}).apply(state, self._services)
-        self._change(document.with_tab(tab, state), f"open {example.name}", tab)
-
-    def remove_mesh(self, mesh: str) -> None:
-        """Close a mesh; tabs that it was in have none then."""
-        document, entry = self._committed, self._services.entry(mesh)
-        left = tuple(one for one in document.meshes if one.id != mesh)
-        document = document.model_copy(update={"meshes": left})
-        for tab in TABS:
-            for slot, used in document.tab(tab).meshes.items():
-                if used == mesh:
-                    document = document.with_tab(tab, document.tab(tab).with_mesh(slot, None))
-        self._change(document, f"close {entry.name}", self._tab)
-
-    def rename_mesh(self, mesh: str, name: str) -> None:
-        """Give a mesh another name."""
-        self._services.entry(mesh)
-        renamed = tuple(
-            one.model_copy(update={"name": name}) if one.id == mesh else one
-            for one in self._committed.meshes
-        )
-        self._change(
-            self._committed.model_copy(update={"meshes": renamed}), "rename mesh", self._tab
-        )
-
-    def keep_product(self, tab: str, what: str) -> None:
-        """Open what a tab has made as a mesh."""
-        self._add(**asdict(TABS[tab].product(self._committed.tab(tab), what, self._services)))
 
     def restore(self, session: str) -> None:
         """Go on with an earlier session; the present one is kept."""
@@ -320,24 +230,12 @@ class Session:
 
     # How it is done
 
-    @property
-    def _now(self) -> Document:
-        """With what is being tried out."""
-        document: Document = self._kept.history.now
-        return document
-
-    @property
-    def _committed(self) -> Document:
-        """What everything that is done begins from."""
-        document: Document = self._kept.history.committed
-        return document
-
     def _hello(self, client: Client, message: Message) -> None:
         name, wanted = message.header.get("page"), message.header.get("session")
         self._names[client] = name if isinstance(name, str) else client
         self._keep_left()
         known = {offer.id for offer in self._sessions.offers()}
-        if isinstance(wanted, str) and wanted in known and not self._now.meshes:
+        if isinstance(wanted, str) and wanted in known and not self.desk.now.meshes:
             self._switch(self._sessions.open(wanted))
         else:
             self._pages.add(client)
@@ -345,9 +243,9 @@ class Session:
 
     def _keep_left(self) -> None:
         """What a page was trying out that has gone is done; it may come back by its name."""
-        left = self._kept.history.drafted
+        left = self.desk.kept.history.drafted
         if left is not None and self._dragger not in self._names.values():
-            self._kept.commit(left.document, left.label, left.tab)
+            self.desk.kept.commit(left.document, left.label, left.tab)
 
     def _settle(self) -> None:
         """No drag goes on."""
@@ -357,114 +255,95 @@ class Session:
     def _do(self, client: Client, message: Message) -> None:
         self._keep_left()
         if message.header.get("tab") == "document":
-            document_action(message.header.get("action"), _arguments(message)).do(self)
+            document_action(message.header.get("action"), arguments_of(message)).do(self)
             return
-        tab, action = self._action(message, _arguments(message))
+        tab, action = self._action(message, arguments_of(message))
         TABS[tab].settle(self._services)
-        state = self._kept.history.committed.tab(tab)
         if isinstance(action, LongAction):
-            self._start(tab, action, state)
+            self._start(tab, action)
         else:
-            state = action.apply(state, self._services)
-            committed = self._kept.history.committed
-            self._change(committed.with_tab(tab, state), action.label, tab)
+            self.desk.do(tab, action)
 
     def _action(self, message: Message, arguments: dict[str, Any]) -> tuple[str, Action[Any]]:
-        tab = _tab(message.header)
+        tab = tab_named(message.header)
         return tab, TABS[tab].action(message.header.get("action"), arguments)
 
     def _grab(self, client: Client, message: Message) -> None:
         """A drag begins: if the surface answers it linearly, the page can do without frames."""
-        tab = _tab(message.header)
-        basis = TABS[tab].basis(self._committed.tab(tab), _arguments(message), self._services)
+        tab = tab_named(message.header)
+        asked, state = arguments_of(message), self.desk.committed.tab(tab)
+        basis = TABS[tab].basis(state, asked, self._services)
         if basis is not None:
-            self._pages.send_basis(client, tab, basis, _arguments(message))
+            self._pages.send_basis(client, tab, basis, asked)
 
     def _drop(self, client: Client, message: Message) -> None:
         self._keep_left()
-        self._kept.drop()
+        self.desk.kept.drop()
         self._settle()
         self._publish()
 
     def _undo(self, client: Client, message: Message) -> None:
         self._keep_left()
         self._settle()
-        self._step(self._kept.undo(self._asked).tab)
+        self.desk.undo()
 
     def _redo(self, client: Client, message: Message) -> None:
         self._keep_left()
         self._settle()
-        self._step(self._kept.redo(self._asked).tab)
-
-    def _step(self, tab: str) -> None:
-        """Show what was done or undone, where it was."""
-        self._tab = tab or self._tab
-        self._publish()
-
-    def _change(self, document: Document, label: str, tab: str) -> None:
-        self._kept.commit(document, label, tab, self._asked)
-        self._publish()
+        self.desk.redo()
 
     def _switch(self, kept: Kept[Document]) -> None:
         """Go on with another document."""
-        if kept is not self._kept:
-            self._kept.close()
+        if kept is not self.desk.kept:
+            self.desk.kept.close()
         self._works.abandon()
-        self._kept = kept
+        self.desk = Desk(kept, self._services, self._publish, self.desk.tab)
         self._done.extend(kept.asked)
         self._services.forget()
         self._pages.forget()
-        steps = kept.history.steps[: kept.history.position + 1]
-        self._tab = next((step.tab for step in reversed(steps) if step.tab in TABS), self._tab)
         if kept.damage:
             self._services.tell(kept.damage)
         self._publish()
 
-    def _start(self, tab: str, action: LongAction[Any], state: Any) -> None:
+    def _start(self, tab: str, action: LongAction[Any]) -> None:
         """Begin long work; when it is done, its result goes into the state as it is then.
 
         Unless other meshes were chosen meanwhile; the id of one that was closed is used again.
         """
-        begun_with = self._surfaces(tab)
+        begun_with = self.desk.surfaces(tab)
 
         def ended(outcome: Outcome) -> None:
-            if isinstance(outcome, Done) and self._surfaces(tab) == begun_with:
-                committed = self._kept.history.committed
-                state = action.finished(committed.tab(tab), outcome.result)
-                self._change(committed.with_tab(tab, state), action.label, tab)
+            if isinstance(outcome, Done) and self.desk.surfaces(tab) == begun_with:
+                state = action.finished(self.desk.committed.tab(tab), outcome.result)
+                self.desk.take(tab, state, action.label)
             else:
                 self._publish()
 
-        work = action.work(state, self._services)
+        work = action.work(self.desk.committed.tab(tab), self._services)
         if self._works.is_going_on(tab, work):
             return
         self._works.start(tab, work, ended, self._pages.show_surface)
-
-    def _surfaces(self, tab: str) -> list[str | None]:
-        """The blobs of the meshes in a tab's slots."""
-        committed = self._kept.history.committed
-        known = {entry.id: entry.surface for entry in committed.meshes}
-        return [known.get(mesh or "") for mesh in committed.tab(tab).meshes.values()]
 
     def _cancel(self, client: Client, message: Message) -> None:
         self._works.cancel(str(message.header.get("job")))
 
     def _publish(self) -> None:
         """Tell all pages what is now."""
-        history = self._kept.history
-        self._services.meshes = self._now.meshes
+        kept, now = self.desk.kept, self.desk.now
+        history = kept.history
+        self._services.meshes = now.meshes
         header = {
-            "session": self._kept.id,
+            "session": kept.id,
             "undo": history.undo_label,
             "redo": history.redo_label,
             "jobs": self._works.listed,
             "exported": self._works.exported,
-            "offers": self._offers(),
+            "offers": [] if now.meshes else self._sessions.listed(but=kept.id),
             "examples": examples.listed(),
         }
-        self._pages.publish(self._now, self._tab, header)
-        if self._kept.trouble:
-            self._notice("warning", self._kept.trouble)
+        self._pages.publish(now, self.desk.tab, header)
+        if kept.trouble:
+            self._notice("warning", kept.trouble)
 
     def _renew(self, tab: str) -> None:
         """Tell what of a tab is another now though nothing was done."""
@@ -479,16 +358,6 @@ class Session:
 
     def _notice(self, level: str, message: str) -> None:
         self._pages.tell({"kind": "notice", "level": level, "message": message})
-
-    def _offers(self) -> list[dict[str, Any]]:
-        """Earlier sessions that can be had back; looked up while nothing is open."""
-        if self._now.meshes:
-            return []
-        return [
-            {"session": one.id, "saved": one.changed, "meshes": list(one.meshes)}
-            for one in self._sessions.offers()
-            if one.id != self._kept.id and one.meshes
-        ]
 
     def _later(self, work: Callable[[], None]) -> None:
         """Have something done on the session's thread that no page waits for."""
@@ -510,7 +379,7 @@ class Session:
                 client.send({"kind": "refused", "id": ident, "message": message})
 
         self._services.progress = self._progress = EngineProgress(self._pages.tell)
-        self._asked = ident
+        self.desk.asked = ident
         try:
             yield
         except HenkeiError as error:
@@ -520,21 +389,5 @@ class Session:
             refuse(BROKEN)
         finally:
             self._services.progress = silent
-            self._asked = None
+            self.desk.asked = None
             self._progress.end()
-
-
-def _tab(header: Mapping[str, Any]) -> str:
-    """The tab that something is for."""
-    tab = header.get("tab")
-    if not isinstance(tab, str) or tab not in TABS:
-        raise InvalidInput(f"there is no tab {str(tab)[:40]!r}; known are {some(TABS)}")
-    return tab
-
-
-def _arguments(message: Message) -> dict[str, Any]:
-    """What a message says to its action: its ``arguments``, and its arrays as lists."""
-    given = message.header.get("arguments", {})
-    if not isinstance(given, dict):
-        raise InvalidInput("the arguments of an action must be an object")
-    return given | {name: array.tolist() for name, array in message.arrays.items()}

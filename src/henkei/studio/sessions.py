@@ -187,6 +187,14 @@ class Sessions(Generic[Document]):
         offers = [offer for offer in offers if offer.steps or offer.meshes]
         return sorted(offers, key=lambda offer: (-offer.changed, offer.id))
 
+    def listed(self, but: str) -> list[dict[str, Any]]:
+        """Those offers in which meshes are, as pages are told of them; ``but`` one session."""
+        return [
+            {"session": one.id, "saved": one.changed, "meshes": list(one.meshes)}
+            for one in self.offers()
+            if one.id != but and one.meshes
+        ]
+
     def forget(self, id: str) -> None:
         """Remove a session.
 
