@@ -56,8 +56,9 @@ def taken(page: Page, name: str) -> None:
     """Keep a picture."""
     page.mouse.move(700, 80)
     page.wait_for_timeout(SETTLED)
-    picture = Image.open(io.BytesIO(page.screenshot()))
-    picture.quantize(256).save(IMAGES / f"studio_{name}.png", optimize=True)
+    picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    few = picture.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=10)  # all hues, no bands
+    few.save(IMAGES / f"studio_{name}.png", optimize=True)
 
 
 def deform(page: Page) -> None:
@@ -73,18 +74,62 @@ def deform(page: Page) -> None:
     taken(page, "deform")
 
 
-PICTURES = (deform,)
+def combine(page: Page) -> None:
+    """Two heads in one mesh, halfway from one to the other."""
+    example(page, "Woman to goblin")
+    done(page, "Combine")
+    page.get_by_role("button", name="Stop", exact=True).or_(
+        page.get_by_role("button", name="Play", exact=True)
+    ).first.wait_for()
+    page.wait_for_timeout(2 * SETTLED)  # it plays once
+    field = page.get_by_role("spinbutton", name="Time value")
+    field.fill("0.5")
+    field.press("Enter")
+    taken(page, "combine")
+
+
+def register(page: Page) -> None:
+    """How far the model is from the animal that it became."""
+    example(page, "An animal stands up")
+    done(page, "Register")
+    taken(page, "register")
+
+
+def quad(page: Page) -> None:
+    """The patches of an animal in quads."""
+    example(page, "An animal in quads")
+    done(page, "Make quads")
+    page.get_by_role("radio", name="Patches").check(force=True)
+    taken(page, "quad")
+
+
+def design(page: Page) -> None:
+    """A head with its nose pulled."""
+    example(page, "A head from a cage")
+    taken(page, "design")
+
+
+def done(page: Page, button: str) -> None:
+    """Press the button of long work, and wait for its end."""
+    page.get_by_role("button", name=button, exact=True).last.click()
+    page.wait_for_timeout(SETTLED)
+    page.get_by_role("region", name="Work in progress").wait_for(state="detached", timeout=120_000)
+    page.wait_for_timeout(SETTLED)
+
+
+PICTURES = (combine, register, deform, quad, design)
 
 
 def main(chromium: str = CHROMIUM) -> None:
     """Take all pictures."""
-    with studio() as address, sync_playwright() as playwright:
+    with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
         for picture in PICTURES:
-            page = browser.new_page(viewport=SIZE, color_scheme="light")
-            page.goto(address)
-            picture(page)
-            page.close()
+            with studio() as address:
+                page = browser.new_page(viewport=SIZE, color_scheme="light")
+                page.goto(address)
+                picture(page)
+                page.close()
         browser.close()
 
 

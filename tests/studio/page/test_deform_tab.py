@@ -276,3 +276,21 @@ def test_parts_are_renamed_removed_and_brought_back(page: Driven) -> None:
     page.press("Control+z")
     page.press("Control+z")
     assert {"licence plate", "hole *"} <= set(parts(page))
+
+
+def test_numbers_typed_one_after_the_other_are_all_kept(page: Driven) -> None:
+    page.open_example("Bend a bumper")
+    page.draw(False)
+    for name, value in (
+        ("Move y", "25"),
+        ("Move z", "110"),
+        ("Turn x", "8"),
+        ("Size value", "1.1"),
+    ):
+        field = page.page.get_by_role("spinbutton", name=name, exact=True)
+        field.fill(value)
+        field.press("Enter")  # and on, without waiting for an answer
+    page.settle()
+    move = page.recipe("deform")["handles"][0]["move"]
+    assert (move["translation"], move["rotation"]) == ([0, 25, 110], [8, 0, 0])
+    assert move["scale"] == 1.1

@@ -199,12 +199,20 @@ const dust = 1e-12; // of the largest of three numbers, below which another is r
 
 /** Three numbers, of x, y and z. */
 export function VectorField(props: VectorFieldProps) {
-  const { label, unit, value, onInput, onChange, hint, axes = ["x", "y", "z"], ...field } = props;
+  const { label, unit, onInput, onChange, hint, axes = ["x", "y", "z"], ...field } = props;
+  const held = useHeld(props.value); // the next number may come before this one is answered
+  const value = held.shown;
   const largest = Math.max(...value.map(Math.abs));
   const changed = (axis: number, number: number): Vector => {
     const next: Vector = [...value];
     next[axis] = number;
     return next;
+  };
+  const set = (next: Vector): Answer => {
+    held.hold(next);
+    const answer = onChange(next);
+    held.settle(answer);
+    return answer;
   };
   return (
     <div class="field vector" role="group" aria-label={label} title={hint}>
@@ -218,7 +226,7 @@ export function VectorField(props: VectorFieldProps) {
             label={`${label} ${axis}`}
             value={Math.abs(value[k]!) < dust * largest ? 0 : value[k]!}
             onInput={onInput && ((number) => onInput(changed(k, number)))}
-            onChange={(number) => onChange(changed(k, number))}
+            onChange={(number) => set(changed(k, number))}
           />
         </span>
       ))}

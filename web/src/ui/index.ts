@@ -5,6 +5,7 @@ export { Choice, MeshChoice, type Option, Toggle } from "./choices.tsx";
 export { Confirm, Dialog } from "./dialog.tsx";
 export { NumberField, Slider, TextField, type Vector, VectorField } from "./fields.tsx";
 export { type Figure, Figures } from "./figures.tsx";
+export { useHeld } from "./held.ts";
 export { Help, type HelpPart } from "./help.tsx";
 export { Icon, type IconName, Sign } from "./icons.tsx";
 export { belongsToFocus, keysTitle, pressed, shownKeys } from "./keys.ts";

@@ -9,6 +9,7 @@ import {
   Section,
   short,
   Slider,
+  useHeld,
   VectorField,
 } from "../../ui/index.ts";
 import type { Studio } from "../tab.ts";
@@ -105,10 +106,17 @@ const atRest: Move = { translation: [0, 0, 0], rotation: [0, 0, 0], scale: 1 };
 
 function HandleControls({ part, studio }: { part: HandlePart; studio: Studio }) {
   const { name } = part;
-  const now = memory.dragged ?? part.move;
+  const held = useHeld(part.move); // the next change may come before this one is answered
+  const now = memory.dragged ?? held.shown;
   const tried = (change: Partial<Move>) =>
-    studio.live("deform", "move_handle", { name, move: { ...part.move, ...change } });
-  const done = (change: Partial<Move>) => moveHandle(studio, name, { ...part.move, ...change });
+    studio.live("deform", "move_handle", { name, move: { ...held.shown, ...change } });
+  const done = (change: Partial<Move>) => {
+    const move = { ...held.shown, ...change };
+    held.hold(move);
+    const answer = moveHandle(studio, name, move);
+    held.settle(answer);
+    return answer;
+  };
   const moved = JSON.stringify(part.move) !== JSON.stringify(atRest);
   return (
     <>
@@ -157,12 +165,22 @@ const keeps: { value: Keep; label: string }[] = [
   { value: "line", label: "Its straight line" },
 ];
 
+async function setFeature(studio: Studio, feature: object): Promise<void> {
+  if (!(await studio.do("deform", "set_feature", feature))) studio.drop();
+}
+
 function FeatureControls({ part, studio }: { part: FeaturePart; studio: Studio }) {
-  const { name, keep, scale, radius, rest_radius: rest } = part;
+  const { name, rest_radius: rest } = part;
+  const held = useHeld({ keep: part.keep, scale: part.scale, radius: part.radius });
+  const { keep, scale, radius } = held.shown;
   const now = { name, keep, scale, radius };
   const tried = (change: object) => studio.live("deform", "set_feature", { ...now, ...change });
-  const done = async (change: object) => {
-    if (!(await studio.do("deform", "set_feature", { ...now, ...change }))) studio.drop();
+  const done = (change: Partial<typeof held.shown>) => {
+    const next = { keep, scale, radius, ...change };
+    held.hold(next);
+    const answer = setFeature(studio, { name, ...next });
+    held.settle(answer);
+    return answer;
   };
   return (
     <>
