@@ -68,6 +68,7 @@ OUTSIDE = [
     *("..\\a.bin", "..%5Ca.bin", "b\\..\\..\\a.bin", "b\\c/../../../a.bin"),
     *("C:/a.bin", "C:\\a.bin", "C:a.bin", "c%3A/a.bin", "%43:%5Ca.bin", "\\a.bin"),
     *("\\\\server\\share\\a.bin", "%5C%5C%3F%5CC:%5Ca.bin"),
+    *("b/D:a.bin", "b/D:/a.bin", "b/D%3Aa.bin", "b/C:../a.bin", "b\\D:a.bin", "b/a.bin:stream"),
 ]
 
 

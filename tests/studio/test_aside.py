@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -178,3 +180,42 @@ def test_the_surface_stays_where_it_was_until_the_next_system_is_there(
     gate.opened.set()
     prepared(studio)
     assert_array_equal(studio.page.positions["mesh"], moved)
+
+
+def test_going_back_and_forth_prepares_once(studio: Studio, gate: Gate, tmp_path: Path) -> None:
+    bending(studio, tmp_path)
+    for _ in range(3):
+        studio.receive("undo")
+        studio.receive("redo")
+    gate.opened.set()
+    prepared(studio)
+    assert gate.passed == 1
+
+
+def test_no_pin_is_set_where_the_surface_is_not(studio: Studio, gate: Gate, tmp_path: Path) -> None:
+    gate.opened.set()
+    bending(studio, tmp_path)
+    prepared(studio)
+    studio.do("deform", "move_handle", **MOVE)
+    gate.opened.clear()
+    studio.do("deform", "select_vertices", vertices=[0])
+    session = studio.page.last["session"]
+    studio.do("document", "new")
+    studio.do("document", "restore", session=session)
+    assert view(studio)["preparing"]
+    refused = studio.do("deform", "add_pin", vertex=5000)
+    assert refused["kind"] == "refused"
+    assert "still being prepared" in refused["message"]
+    gate.opened.set()
+    prepared(studio)
+    assert studio.do("deform", "add_pin", vertex=5000)["kind"] == "done"
+
+
+def test_what_was_given_up_is_not_kept(studio: Studio, gate: Gate, tmp_path: Path) -> None:
+    gate.opened.set()
+    bending(studio, tmp_path)
+    prepared(studio)
+    stage = ref(studio.session._services.present("deform").stage)
+    studio.do("document", "new")
+    gc.collect()
+    assert stage() is None

@@ -42,7 +42,7 @@ def recipe(move: dict[str, Any] | None = None, **changes: Any) -> DeformRecipe:
     return DeformRecipe.of({**BASE, "handles": [handle], **changes})
 
 
-def now(work: Callable[[Progress], None]) -> Future[None]:
+def now(engine: Engine, work: Callable[[Progress], None]) -> Future[None]:
     return at_once(work, silent)
 
 

@@ -106,7 +106,7 @@ def test_an_answer_that_was_lost_is_given_again_without_doing_it_twice(
 def test_what_was_saved_before_a_kill_is_not_done_again(tmp_path: Path) -> None:
     studio = Studio(tmp_path / "0")
     change = {"tab": "quad", "action": "change"}
-    changes = [{**change, "arguments": {"options": {"seed": seed}}} for seed in (5, 6)]
+    changes = [{**change, "arguments": {"options": {"seed": seed}}} for seed in (5, 5, 6)]
     asked = [*(("do", header) for header in changes), ("undo", {}), ("redo", {})]
     messages = [Message({"kind": kind, "id": f"p-{n}", **h}) for n, (kind, h) in enumerate(asked)]
     for number, message in enumerate(messages, 1):
@@ -132,7 +132,9 @@ def told(studio: Studio, message: Message) -> dict[str, Any]:
 def known(studio: Studio) -> dict[str, Any]:
     """What a page knows of what was done."""
     labels = {name: studio.page.last[name] for name in ("undo", "redo")}
-    return labels | {"seed": studio.page.tabs["quad"]["state"]["recipe"]["seed"]}
+    history = studio.on_engine(lambda: studio.session.desk.kept.history)
+    steps = {"steps": len(history.steps), "position": history.position}
+    return labels | steps | {"seed": studio.page.tabs["quad"]["state"]["recipe"]["seed"]}
 
 
 @pytest.mark.parametrize(

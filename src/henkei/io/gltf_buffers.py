@@ -91,10 +91,11 @@ class Document:
         """The file that a relative URI means: in the folder of this one, or below it.
 
         It is read as Windows reads paths, wherever we are, as that knows backslashes and drives
-        too; ``.`` and ``..`` are removed before anything is opened (RFC 3986, section 5.2.4).
+        too; ``.`` and ``..`` are removed before anything is opened (RFC 3986, section 5.2.4). Links
+        in the folder are followed, wherever they lead.
         """
         place = PureWindowsPath(normpath(unquote(uri)))
-        if place.anchor or ".." in place.parts:
+        if place.anchor or ".." in place.parts or any(":" in part for part in place.parts):
             raise InvalidFile(
                 f"{self.path}: buffer {index} is at {uri[:80]!r}, outside the folder of the file, "
                 "where nothing is read; put its data beside it, or save it as .glb, which has "

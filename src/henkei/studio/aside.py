@@ -59,15 +59,23 @@ class Aside:
                 self._tell({"kind": "progress", **about, "message": message, "fraction": fraction})
 
         def run() -> None:
-            try:
-                progress("beginning", 0.0)
-                work(progress)
-            finally:
-                self._tell({"kind": "ended", "job": job, "outcome": "done", "message": ""})
+            progress("beginning", 0.0)
+            work(progress)
+
+        def ended(future: Future[None]) -> None:
+            error = future.exception()
+            bad = "cancelled" if isinstance(error, Cancelled) else "failed"
+            outcome = bad if error else "done"
+            self._post(lambda: over(outcome))
+
+        def over(outcome: str) -> None:
+            self._tell({"kind": "ended", "job": job, "outcome": outcome, "message": ""})
+            if wanted():
+                then()
 
         self._tell({"kind": "progress", **about, "message": "waiting", "fraction": 0.0})
         future = self._worker.submit(run)
-        future.add_done_callback(lambda _: self._post(lambda: then() if wanted() else None))
+        future.add_done_callback(ended)
         return future
 
     def close(self) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from fnmatch import fnmatchcase
 from typing import Any, ClassVar, Literal, get_args
+from weakref import ref
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from henkei.recipes.deform import DeformRecipe, Feature, Move
 from henkei.recipes.recipe import Index, Part
 from henkei.recipes.regions import Found
 from henkei.studio.aside import at_once
-from henkei.studio.deforming import Engine, structure
+from henkei.studio.deforming import Engine, Preparing, structure
 from henkei.studio.services import Services
 from henkei.studio.tabs.base import Flag, MeshId, TabState
 from henkei.workflows.regions import Regions
@@ -180,17 +181,17 @@ def _latest(state: DeformState, services: Services) -> Floats | None:
 
 
 def _engine(state: DeformState, services: Services, latest: Floats | None) -> Engine:
-    def run(work: Callable[[Progress], None]) -> Future[None]:
+    def run(engine: Engine, work: Callable[[Progress], None]) -> Future[None]:
+        kept = ref(engine)
         if services.aside is None or services.entry(state.mesh).vertices < LONG:
             return at_once(work, services.progress)
         return services.aside.start(
             "Prepare the deformation",
             work,
-            wanted=lambda: services.has_engine("deform", key),
+            wanted=lambda: services.has_engine("deform", kept()),
             then=lambda: services.renew("deform"),
         )
 
-    key = _key(state, services)
     return Engine(state.recipe, regions_of(state, services), run, latest)
 
 
@@ -206,6 +207,23 @@ def positions_of(state: DeformState, services: Services) -> Floats:
         if isinstance(engine, Engine) and engine.latest is not None:
             return engine.latest
         return rest
+
+
+def positions_known(state: DeformState, services: Services) -> Floats:
+    """The same, but never those of another recipe because this one is not prepared yet.
+
+    Raises
+    ------
+    Preparing : they are not known.
+    """
+    if not state.missing:
+        try:
+            return engine_of(state, services).positions(state.recipe)
+        except Preparing:
+            raise
+        except HenkeiError:
+            pass
+    return positions_of(state, services)
 
 
 def taken(state: DeformState, services: Services, kinds: tuple[RegionKind, ...]) -> Indices:

@@ -36,7 +36,7 @@ class Preparing(HenkeiError):
     """The systems are being factored; what needs them can be had when that is done."""
 
 
-Run = Callable[[Callable[[Progress], None]], "Future[None]"]
+Run = Callable[["Engine", Callable[[Progress], None]], "Future[None]"]
 
 
 class Engine:
@@ -44,7 +44,7 @@ class Engine:
 
     Parameters
     ----------
-    run : has them factored, now or on another thread.
+    run : has them factored for an engine, now or on another thread.
     latest : positions (n, 3) that were shown before.
 
     Attributes
@@ -109,9 +109,9 @@ class Engine:
         HenkeiError : as :meth:`henkei.Deformer.prepare`.
         """
         if self._prepared is None:
-            self._prepared = self._run(partial(self.stage.prepare, recipe))
+            self._prepared = self._run(self, partial(self.stage.prepare, recipe))
         if not self._prepared.done():
-            raise Preparing("the systems of this mesh are still being factored")
+            raise Preparing("this mesh is still being prepared; try again when that is done")
         self._prepared.result()
 
     def _moved(self, recipe: DeformRecipe) -> Floats:

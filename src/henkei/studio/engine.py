@@ -69,6 +69,7 @@ class Worker:
                     future.set_result(work())
                 except BaseException as error:
                     future.set_exception(error)
+            del item, future, work  # what was done is not kept while nothing is to be done
 
 
 class Engine(Worker):

@@ -117,13 +117,14 @@ class Journal(Generic[Document]):
             self._writer = threading.Thread(target=self._write_drafts, daemon=True)
             self._writer.start()
 
-    def drop(self) -> None:
-        """What was tried out is given up."""
+    def drop(self, asked: Any = None) -> None:
+        """What was tried out is given up, or a message of the id ``asked`` changed nothing."""
         with self._lock:
             self._waiting.clear()
-            if self._steps.drafted is not None:
+            noted = self._noted(asked)
+            if noted or self._steps.drafted is not None:
                 self._steps.drop()
-                self._write(line("drop"))
+                self._write(line("drop", noted))
 
     def flush(self) -> None:
         """Write the draft that waits, if one does."""

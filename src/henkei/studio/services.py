@@ -93,10 +93,10 @@ class Services:
         kept: Kept = known[1]
         return kept
 
-    def has_engine(self, tab: str, key: object) -> bool:
-        """Whether what a tab has prepared last is for ``key``; may be asked from any thread."""
+    def has_engine(self, tab: str, engine: object) -> bool:
+        """Whether a tab has prepared just this last; may be asked from any thread."""
         known = self._engines.get(tab)
-        return known is not None and known[0] == key
+        return known is not None and known[1] is engine
 
     def present(self, tab: str) -> Any:
         """What a tab has prepared last, whatever for; None if nothing."""

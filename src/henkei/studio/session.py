@@ -195,6 +195,7 @@ class Session:
     def close(self) -> None:
         """The studio ends; what is open is kept."""
         self._tidying.cancel()
+        self._services.forget()
         self._aside.close()
         self._works.close()
         self.desk.kept.close()

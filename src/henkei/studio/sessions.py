@@ -79,7 +79,7 @@ class Kept(Generic[Document]):
     def commit(self, document: Document, label: str, tab: str = "", asked: Any = None) -> bool:
         """As :meth:`History.commit`, for a message of the id ``asked``."""
         if not self.history.commit(document, label, tab):
-            self._journal.drop()
+            self._journal.drop(asked)
             return False
         self._journal.commit(document, label, tab, asked)
         old = self.history.position - AT_HAND

@@ -23,6 +23,7 @@ from henkei.studio.deform_state import (
     RegionKind,
     checked,
     engine_of,
+    positions_known,
     positions_of,
     regions_of,
 )
@@ -258,7 +259,7 @@ class AddPin(Action[DeformState]):
 
     def apply(self, state: DeformState, services: Services) -> DeformState:
         _require_vertex(self.vertex, state, services)
-        x, y, z = positions_of(state, services)[self.vertex].tolist()
+        x, y, z = positions_known(state, services)[self.vertex].tolist()
         pin = Pin(name=state.new_name("pins"), point=self.vertex, to=(x, y, z))
         return checked(state.saying(pins=(*state.recipe.pins, pin)), services)
 
