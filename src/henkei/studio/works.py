@@ -132,6 +132,8 @@ class Works:
                 path = Path(outcome.result["file"])
                 self._downloads.put(ident, path)
                 name = path.name
+            for earlier in [one for one, how in self._exported.items() if not how["name"]]:
+                del self._exported[earlier]  # that it failed was told long ago
             self._exported[ident] = self._told(job, outcome, file=ident, name=name)
             while len(self._exported) > MOST:
                 self._exported.pop(next(iter(self._exported)))
