@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -212,3 +213,13 @@ def test_what_is_done_while_the_server_is_away_is_done_when_it_is_back(
         page.until(lambda: meshes(page) == ["part.obj"], "the name before")
         page.page.close()
     assert not page.errors
+
+
+def test_a_recipe_is_opened_after_the_mesh_that_it_is_for(page: Driven, tmp_path: Path) -> None:
+    mesh, recipe = tmp_path / "bracket.obj", tmp_path / "a_recipe.json"
+    write(mesh, bracket())
+    recipe.write_text(json.dumps({"fixed": ["rim 1"], "features": ["hole *"]}))
+    page.page.set_input_files("#files", [recipe, mesh])
+    page.until(lambda: page.tab("deform")["view"].get("parts"), "the recipe")
+    assert page.recipe("deform")["fixed"][0]["region"] == "rim 1"
+    assert [one["name"] for one in page.state["meshes"]] == ["bracket.obj"]

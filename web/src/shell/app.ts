@@ -27,6 +27,7 @@ import { type Upload, upload } from "./uploads.ts";
 export type Overlay = "start" | "help" | null;
 
 const mostToasts = 3;
+const isRecipe = (file: File) => file.name.toLowerCase().endsWith(".json");
 
 /**
  * The page: what it knows, and what can be done. What is drawn follows from it: `subscribe` tells
@@ -352,9 +353,13 @@ export class App implements Studio, Listener {
     const given = [...files];
     this.toasts = this.toasts.filter((one) => !one.ofFile);
     const left = (await this.tab.receive?.(this, given)) ?? given;
+    const [recipes, others] = [true, false].map((are) =>
+      left.filter((one) => isRecipe(one) === are),
+    );
     const meshes: string[] = [];
-    for (const file of left) {
-      const mesh = await this.uploadOne(file); // one by one: meshes are open in the files' order
+    // one by one: meshes are open in the files' order, and before recipes that are for them
+    for (const file of [...others!, ...recipes!]) {
+      const mesh = await this.uploadOne(file);
       if (mesh !== null) meshes.push(mesh);
     }
     if (meshes.length > 0) {

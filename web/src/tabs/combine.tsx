@@ -40,7 +40,11 @@ export const combine: Tab<CombineState, CombineView> = {
   shortcuts: [
     { keys: "Enter", does: "Combine", run: () => void page.combine() },
     { keys: "Space", does: "Play the morph, or stop it", run: () => play() },
-    { keys: "Delete", does: "Remove the selected pair", run: (studio) => remove(studio) },
+    {
+      keys: "Delete / Backspace",
+      does: "Remove the selected pair",
+      run: (studio) => remove(studio),
+    },
     { keys: "S", does: "Side by side", run: () => page.show("sides") },
     { keys: "P", does: "Flattened, in the common plane", run: () => page.show("plane") },
     { keys: "M", does: "Morph", run: () => page.show("morph") },

@@ -38,7 +38,7 @@ export const design: Tab<DesignState, DesignView> = {
       icon: "orbit",
       keys: "V",
       viewport: "orbit",
-      hint: "Drag to turn, wheel to zoom, right drag to move. Drag a pin to move it",
+      hint: "Drag to turn, wheel to zoom, Shift to move. Drag a pin to move it",
     },
     {
       name: "pin",

@@ -3,16 +3,14 @@
 import type {
   Colours,
   Mark,
-  Point,
   SurfaceData,
   SurfaceView,
   View,
   Viewport,
 } from "../../viewer/index.ts";
-import { subtract } from "../../viewer/vectors.ts";
 import { pairColour } from "../shared/pairing.ts";
 import type { Studio } from "../tab.ts";
-import { bringTo, type Way } from "../shared/morph.ts";
+import { bringTo, fitAll, type Way } from "../shared/morph.ts";
 import { labelOf, type Mode, modeOf, page } from "./page.ts";
 import {
   type CombineState,
@@ -266,22 +264,8 @@ async function morph(studio: Studio, state: CombineState, result: Result): Promi
   viewport.marks.set(marksOn(result, "morph"));
   viewport.title("");
   await paint(studio, viewport, result);
-  if (fresh) fit(viewport, surface, way);
+  if (fresh) fitAll(viewport, surface, way, 0.5);
   toTime(studio);
-}
-
-/** Looks at the shape halfway, from as far as those at the ends need. */
-function fit(viewport: Viewport, surface: SurfaceView, along: Way): void {
-  const { pose } = viewport;
-  const looks = [0, 1, 0.5].map((time) => {
-    bringTo(surface, along, time);
-    viewport.frame();
-    return { target: pose.target, distance: pose.distance };
-  });
-  const { target } = looks.at(-1)!;
-  const aside = (to: Point) => Math.hypot(...subtract(to, target));
-  pose.fit(target, Math.max(...looks.map((look) => look.distance + aside(look.target))));
-  viewport.turned();
 }
 
 /** Brings the morph to the player's time. */

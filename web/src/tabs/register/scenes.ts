@@ -1,7 +1,7 @@
 /** Brings the viewports to what is looked at: both meshes, or the model over the target. */
 
 import type { Mark, SurfaceData, SurfaceView, View, Viewport } from "../../viewer/index.ts";
-import { bringTo, type Way } from "../shared/morph.ts";
+import { bringTo, fitAll, type Way } from "../shared/morph.ts";
 import { pairColour } from "../shared/pairing.ts";
 import type { Studio } from "../tab.ts";
 import { MARKS, type Mode, page } from "./page.ts";
@@ -104,7 +104,11 @@ async function model(studio: Studio, state: RegisterState, view: RegisterView): 
   viewport.title(job ? `${source} on its way to ${other}` : `${source} on ${other}`);
   if (job) await live(studio, view, viewport, target);
   else await done(studio, state, view.result!, viewport, target);
-  if (fresh) viewport.frame();
+  if (!fresh) return;
+  const morphing = viewport.surface(DONE);
+  if (!morphing || !way) return viewport.frame();
+  fitAll(viewport, morphing, way, 1);
+  toTime(studio);
 }
 
 /** The source where it is just now. */

@@ -1,6 +1,7 @@
 /** The shapes between a and b, made here: no bytes are sent while the morph is scrubbed. */
 
-import type { SurfaceView } from "../../viewer/index.ts";
+import type { Point, SurfaceView, Viewport } from "../../viewer/index.ts";
+import { subtract } from "../../viewer/vectors.ts";
 
 export interface Way {
   /** (n, 3), at 0 and at 1. */
@@ -21,6 +22,20 @@ export function bringTo(view: SurfaceView, way: Way, t: number): void {
   const s = way.eased ? ease(t) : t;
   if (!way.knots && !way.delay) view.morph(way.a, way.b, s);
   else view.setPositions(positionsAt(way, t));
+}
+
+/** Looks at the middle of the shape at time `t`, from as far as those at both ends need. */
+export function fitAll(viewport: Viewport, surface: SurfaceView, way: Way, t: number): void {
+  const { pose } = viewport;
+  const looks = [0, 1, t].map((time) => {
+    bringTo(surface, way, time);
+    viewport.frame();
+    return { target: pose.target, distance: pose.distance };
+  });
+  const { target } = looks.at(-1)!;
+  const aside = (to: Point) => Math.hypot(...subtract(to, target));
+  pose.fit(target, Math.max(...looks.map((look) => look.distance + aside(look.target))));
+  viewport.turned();
 }
 
 /** Positions (n, 3) at time `t` in [0, 1]. */
