@@ -9,58 +9,24 @@ import numpy as np
 
 from henkei.mesh import Floats, Surface
 from henkei.shapes import bumper_parts
-from henkei.studio.blobs import Blobs
 from henkei.studio.deform_state import DeformState
-from henkei.studio.document import MeshEntry
-from henkei.studio.services import Services
-from henkei.studio.tabs.base import Basis
 from henkei.studio.tabs.deform import TAB
 from henkei.workflows.deform_by_recipe import deform_by_recipe
+from tab_desk import TabDesk
 
 SIZE = 2000  # of the bumper
 
 
-class Desk:
-    """The tab with a mesh in it, as a session would use it."""
+class Desk(TabDesk[DeformState]):
+    """The tab with a mesh in it."""
 
     def __init__(self, folder: Path, surface: Surface) -> None:
-        self.surface = surface
+        super().__init__(folder, TAB, DeformState(), "mesh", surface)
         self.told: list[str] = []
-        self.services = Services(Blobs(folder))
         self.services.tell = self.told.append
-        blob = self.services.blobs.put_surface(surface)
-        count, faces = len(surface.vertices), surface.face_count
-        self.services.meshes = (
-            MeshEntry(id="m1", name="part", surface=blob, vertices=count, faces=faces),
-        )
-        self.state = DeformState()
-        self.do("use", slot="mesh", mesh="m1")
-
-    def after(self, action: str, /, **arguments: Any) -> DeformState:
-        after: DeformState = TAB.action(action, arguments).apply(self.state, self.services)
-        assert DeformState.model_validate(after.model_dump(mode="json")) == after
-        return after
-
-    def do(self, action: str, /, **arguments: Any) -> None:
-        TAB.settle(self.services)
-        self.state = self.after(action, **arguments)
 
     def select(self, vertices: Any) -> None:
         self.do("select_vertices", vertices=np.asarray(vertices).tolist())
-
-    def live(self, action: str, /, **arguments: Any) -> Floats:
-        return TAB.frames(self.after(action, **arguments), self.services)["mesh"]
-
-    def grab(self, **what: Any) -> Basis | None:
-        return TAB.basis(self.state, what, self.services)
-
-    @property
-    def view(self) -> dict[str, Any]:
-        return TAB.view(self.state, self.services)
-
-    @property
-    def positions(self) -> Floats:
-        return TAB.frames(self.state, self.services)["mesh"]
 
     @property
     def by_recipe(self) -> Floats:

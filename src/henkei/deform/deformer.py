@@ -13,13 +13,21 @@ from henkei.deform.constraints import Feature, Fixed, Handle, Keep, Pin
 from henkei.deform.drag import Drag
 from henkei.deform.prepared import Prepared
 from henkei.deform.quality import DeformQuality, Solution, measured
-from henkei.deform.regions import checked_name, checked_point, checked_region, require_apart
+from henkei.deform.regions import (
+    checked_name,
+    checked_point,
+    checked_region,
+    checked_weight,
+    require_apart,
+)
 from henkei.deform.scene import scene_of
 from henkei.deform.settings import Method, Settings
 from henkei.deform.symmetry import Symmetry
 from henkei.errors import InvalidInput, some
-from henkei.geometry.arguments import is_number
-from henkei.geometry.requirements import MOST, require_measurable_faces
+from henkei.geometry.requirements import (
+    require_measurable_displacement,
+    require_measurable_faces,
+)
 from henkei.mesh import Floats, Surface
 from henkei.progress import Progress, silent
 from henkei.showing import Showing
@@ -106,7 +114,7 @@ class Deformer(Showing):
         """
         name = self._name(name, "fixed")
         vertices = self._region(region, name)
-        body = Fixed(name, vertices, _checked_weight(weight, name))
+        body = Fixed(name, vertices, checked_weight(weight, name))
         self._add(body)
         return body
 
@@ -122,7 +130,7 @@ class Deformer(Showing):
         name = self._name(name, "handle")
         vertices = self._region(region, name)
         rest = self.mesh.vertices[vertices]
-        body = Handle(name, vertices, rest, _checked_weight(weight, name))
+        body = Handle(name, vertices, rest, checked_weight(weight, name))
         self._add(body)
         return body
 
@@ -157,7 +165,7 @@ class Deformer(Showing):
                 raise InvalidInput(f"region {name!r} has no vertex that a face uses")
         rest = self.mesh.vertices[vertices]
         circle = getattr(region, "circle", None) if keep == "circle" else None
-        body = Feature(name, vertices, rest, keep, _checked_weight(weight, name), circle)
+        body = Feature(name, vertices, rest, keep, checked_weight(weight, name), circle)
         self._add(body)
         return body
 
@@ -185,7 +193,7 @@ class Deformer(Showing):
         name = self._name(name, "pin")
         vertices, coefficients = checked_point(point, self.mesh, name)
         rest = coefficients @ self.mesh.vertices[vertices]
-        pin = Pin(name, vertices, coefficients, rest, rest, _checked_weight(weight, name))
+        pin = Pin(name, vertices, coefficients, rest, rest, checked_weight(weight, name))
         if target is not None:
             pin.move(target)
         self._pins.append(pin)
@@ -272,7 +280,7 @@ class Deformer(Showing):
         _require_known(method)
         prepared = self._ready()
         displacement = prepared.solve(method)
-        _require_measurable(displacement)
+        require_measurable_displacement(displacement)
         positions = self.mesh.vertices + displacement
         self._solution = Solution(
             positions,
@@ -387,24 +395,3 @@ class Deformer(Showing):
 def _require_known(method: str) -> None:
     if method not in ("linear", "refined"):
         raise InvalidInput(f"method must be 'linear' or 'refined', not {method!r}")
-
-
-def _require_measurable(displacement: Floats) -> None:
-    if not np.abs(displacement).max(initial=0.0) <= MOST:
-        raise InvalidInput(
-            "the surface is moved so far that lengths overflow; bring the handles, pins and scales "
-            "to numbers of the mesh's own size"
-        )
-
-
-def _checked_weight(weight: float | None, name: str) -> float | None:
-    if weight is None:
-        return None
-    if not is_number(weight):
-        raise InvalidInput(f"the weight of {name!r} must be a number or None, not {weight!r}")
-    if not 0 < weight < np.inf:
-        raise InvalidInput(
-            f"the weight of {name!r} must be positive and finite, not {weight!r}; "
-            "None holds it exactly"
-        )
-    return float(weight)

@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from henkei.deform.constraints import Feature, Fixed, Region
 from henkei.deform.hard import Body
 from henkei.errors import InvalidInput, some
+from henkei.geometry.arguments import is_number
 from henkei.mesh import Floats, Surface
 from henkei.topology import Ints
 
@@ -79,6 +80,20 @@ def checked_point(point: Any, surface: Surface, name: str) -> tuple[Region, Floa
         )
     kept = coefficients > 0
     return vertices[kept].astype(np.int64), coefficients[kept] / coefficients[kept].sum()
+
+
+def checked_weight(weight: float | None, name: str) -> float | None:
+    """A weight of the least squares, or None for what is held exactly."""
+    if weight is None:
+        return None
+    if not is_number(weight):
+        raise InvalidInput(f"the weight of {name!r} must be a number or None, not {weight!r}")
+    if not 0 < weight < np.inf:
+        raise InvalidInput(
+            f"the weight of {name!r} must be positive and finite, not {weight!r}; "
+            "None holds it exactly"
+        )
+    return float(weight)
 
 
 def _edge(vertices: Region, surface: Surface, name: str) -> Region:

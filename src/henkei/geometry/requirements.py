@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from henkei.errors import (
     DegenerateFaces,
+    InvalidInput,
     InvalidMesh,
     NotADisk,
     NotASphere,
@@ -134,6 +135,20 @@ def require_measurable_faces(surface: Surface) -> None:
     NotADisk, NotFinite, DegenerateFaces, InvalidMesh
     """
     _require(surface, MEASURABLE_FACES)
+
+
+def require_measurable_displacement(displacement: Floats) -> None:
+    """Raise unless vertices are moved (n, 3) by what can be squared.
+
+    Raises
+    ------
+    InvalidInput
+    """
+    if not np.abs(displacement).max(initial=0.0) <= MOST:
+        raise InvalidInput(
+            "the surface is moved so far that lengths overflow; bring the handles, pins and scales "
+            "to numbers of the mesh's own size"
+        )
 
 
 def has_faces(surface: Surface) -> Problem | None:

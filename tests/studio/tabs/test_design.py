@@ -19,61 +19,27 @@ from henkei.mesh import Floats, Surface
 from henkei.recipes.design import DesignRecipe
 from henkei.shapes import cube_cage, sheet_cage, tetrahedron_cage, torus_cage
 from henkei.studio import designing
-from henkei.studio.blobs import Blobs
 from henkei.studio.design_state import DesignState, named
 from henkei.studio.designing import Engine, pulled
-from henkei.studio.document import MeshEntry
-from henkei.studio.services import Services
 from henkei.studio.tabs.base import Basis
 from henkei.studio.tabs.design import TAB
 from henkei.workflows.design_examples import EXAMPLES
+from tab_desk import TabDesk
 
 CLOSE = 1e-11  # of surfaces about as large as 1
 
 
-class Desk:
-    """The tab with a cage on it, as a session would use it."""
+class Desk(TabDesk[DesignState]):
+    """The tab with a cage on it."""
 
     def __init__(self, folder: Path, cage: Surface, recipe: dict[str, Any] | None = None) -> None:
-        self.cage = cage
-        self.services = Services(Blobs(folder))
-        blob = self.services.blobs.put_surface(cage)
-        self.services.meshes = (
-            MeshEntry(
-                id="m1", name="c", surface=blob, vertices=len(cage.vertices), faces=cage.face_count
-            ),
-        )
-        self.state = DesignState()
-        self.do("use", slot="cage", mesh="m1")
+        super().__init__(folder, TAB, DesignState(), "surface", cage)
         self.do("load", recipe={"levels": 2, **(recipe or {})})
-
-    def after(self, action: str, /, **arguments: Any) -> DesignState:
-        after: DesignState = TAB.action(action, arguments).apply(self.state, self.services)
-        assert DesignState.model_validate(after.model_dump(mode="json")) == after
-        return after
-
-    def do(self, action: str, /, **arguments: Any) -> None:
-        TAB.settle(self.services)
-        self.state = self.after(action, **arguments)
-
-    def live(self, action: str, /, **arguments: Any) -> Floats:
-        return TAB.frames(self.after(action, **arguments), self.services)["surface"]
-
-    def grab(self, **what: Any) -> Basis | None:
-        return TAB.basis(self.state, what, self.services)
-
-    @property
-    def view(self) -> dict[str, Any]:
-        return TAB.view(self.state, self.services)
-
-    @property
-    def positions(self) -> Floats:
-        return TAB.frames(self.state, self.services)["surface"]
 
     @property
     def by_recipe(self) -> Floats:
         """By the recipe alone, at the level that is shown."""
-        designed = hk.design_by_recipe(self.cage, self.state.recipe)
+        designed = hk.design_by_recipe(self.surface, self.state.recipe)
         level = self.view["shown"]
         return np.asarray(designed.designer.surface(level).vertices)
 
@@ -93,7 +59,7 @@ def test_any_cage_is_shown_at_every_level(name: str, tmp_path: Path) -> None:
         assert "problem" not in view
         message = desk.services.blobs.get_message(_drawn(view))
         header, arrays = message.header, message.arrays
-        flat = fine(desk.cage, level).vertices
+        flat = fine(desk.surface, level).vertices
         size = view["levels"][level]
         assert (header["vertices"], header["faces"]) == (size["vertices"], size["faces"])
         assert_allclose(arrays["positions"] * header["scale"] + header["centre"], flat, atol=1e-6)
@@ -134,7 +100,7 @@ def _do_something(desk: Desk, rng: np.random.Generator) -> None:
         ("change", {"axis_gamma": "off", "axis_smoothing": [True, bool(rng.integers(2)), True]}),
         ("change", {"steps": int(rng.integers(1, 20))}),
         ("change", {"interpolating": bool(rng.integers(2))}),
-        ("hold", {"held": False, "vertices": [int(rng.integers(len(desk.cage.vertices)))]}),
+        ("hold", {"held": False, "vertices": [int(rng.integers(len(desk.surface.vertices)))]}),
         ("hold", {"held": True}),
         ("set_levels", {"levels": int(rng.integers(1, 4))}),
     ]
@@ -242,7 +208,7 @@ def test_names_stay_when_others_go(tmp_path: Path) -> None:
 
 def test_a_curve_is_drawn_along_edges_and_ends(tmp_path: Path) -> None:
     desk = Desk(tmp_path, sheet_cage(4, 4))
-    designer = hk.Designer(desk.cage, 2)
+    designer = hk.Designer(desk.surface, 2)
     corners = [
         designer.nearest(2, point) for point in ([0.2, 0.2, 0], [0.8, 0.2, 0], [0.8, 0.8, 0])
     ]
@@ -351,7 +317,7 @@ def test_edges_of_coarse_levels_come_first(tmp_path: Path) -> None:
     positions, edges = message.arrays["positions"].astype(float), message.arrays["edges"]
     lengths = np.linalg.norm(positions[edges[:, 0]] - positions[edges[:, 1]], axis=1)
     for level, count in enumerate(view["grid"]):
-        flat = fine(desk.cage, level)
+        flat = fine(desk.surface, level)
         ends = flat.vertices[flat.topology.edges]
         whole = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum()
         assert_allclose(lengths[:count].sum() * message.header["scale"], whole, rtol=1e-5)
